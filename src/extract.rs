@@ -1,0 +1,1 @@
+//! Takes the mesh out of the triangulation.

@@ -1,0 +1,1 @@
+//! Files: surfaces in, meshes out. Whole files or none.

@@ -1,0 +1,1 @@
+//! Moves seeds to a centroidal Voronoi tessellation.

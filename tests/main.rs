@@ -1,0 +1,31 @@
+//! Every test of the program from outside its modules; one file per subject.
+
+// Exact predicates against exact rationals.
+mod predicates;
+
+// The triangulation against brute force.
+mod delaunay;
+
+// Reading and checking surfaces, the box tree, features.
+mod surface;
+
+// First seeds: counts, spread, kinds.
+mod seeds;
+
+// Moments of clipped cells against closed forms and Monte Carlo.
+mod clipped_voronoi;
+
+// Energy, determinism.
+mod lloyd;
+
+// From triangulation to mesh.
+mod extract;
+
+// Each model end to end.
+mod models;
+
+// The binary: options, exit statuses, messages.
+mod cli;
+
+// Its files, read back by VTK.
+mod output;
