@@ -90,17 +90,9 @@ pub(super) fn place(
                 break;
             }
             let at = curve.arc[i] + ((want - passed) / density).clamp(0.0, length);
-            seeds.push((point_at(surface, curve, at), Anchor::Curve { curve: index, at }));
+            seeds.push((snap(curve.point_at(at, surface.points())), Anchor::Curve { curve: index, at }));
         }
         passed += length * density;
     }
     seeds
-}
-
-/// The point of `curve` at arc length `at`, on the frame's grid.
-pub fn point_at(surface: &Surface, curve: &Curve, at: f64) -> DVec3 {
-    let i = curve.arc.partition_point(|&a| a <= at).clamp(1, curve.arc.len() - 1);
-    let (a, b) = (curve.vertices[i - 1] as usize, curve.vertices[i] as usize);
-    let t = (at - curve.arc[i - 1]) / (curve.arc[i] - curve.arc[i - 1]);
-    snap(surface.points()[a].lerp(surface.points()[b], t.clamp(0.0, 1.0)))
 }

@@ -17,7 +17,7 @@ use surface_sampling::BoundarySeed;
 
 mod counts;
 
-pub mod curves;
+mod curves;
 
 mod elimination;
 
