@@ -36,7 +36,7 @@ mod mesh;
 
 pub mod proposals;
 
-mod repair;
+pub mod repair;
 
 pub mod topology;
 
