@@ -12,6 +12,8 @@ pub mod progress;
 
 pub mod geometry;
 
+pub mod rng;
+
 pub mod surface;
 
 pub mod seeds;

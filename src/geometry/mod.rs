@@ -4,6 +4,8 @@ pub mod bounding_box;
 
 pub mod frame;
 
+pub mod hilbert;
+
 pub mod predicates;
 
 pub mod tetrahedron;

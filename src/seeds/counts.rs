@@ -1,0 +1,328 @@
+//! How many seeds of each kind: one spacing, a total of exactly N.
+//!
+//! With edges of length h everywhere, measured as the mean over relaxed seeds,
+//!
+//! - a crease of length L has L / h edges;
+//! - a surface seed has the hexagon of a triangular lattice, 0.866 h^2, and curve and corner seeds their share of it;
+//! - an interior seed has the cell of a body-centred cubic lattice, whose 14 neighbours are 1.163 v^(1/3) away in the
+//!   mean: v = 0.6357 h^3;
+//! - the seeds on the surface own a layer of depth 0.2 h under it. (Between two parallel planes of seeds, relaxed, mean
+//!   edges are then 1.01 h on the planes, 1.00 h inside and 1.03 h between the two; another depth moves the last two up
+//!   or down together.) What lies deeper follows from Steiner's formula.
+//!
+//! Where walls are thin the surface is sampled more finely (see `thickness`): h is then solved again, so that the seeds
+//! come from elsewhere.
+
+use super::curves::{self, CurveNeed};
+use super::surface_sampling::triangle_normal;
+use crate::surface::Surface;
+use crate::surface::features::Features;
+
+/// Area of a surface seed's cell over h^2.
+const HEXAGON: f64 = 0.866_025_403_784_438_6;
+/// Volume of an interior seed's cell over h^3.
+pub(super) const CELL: f64 = 0.6357;
+/// Depth of the layer that the seeds on the surface own, over h.
+const LAYER: f64 = 0.2;
+/// Where seeds are scarce, spacings at thin walls may exceed what is safe by this factor.
+const STRETCH: f64 = 1.8;
+/// Seeds without which a shell is no closed surface.
+const PER_SHELL: usize = 4;
+
+/// What is measured once.
+pub(super) struct Demand<'a> {
+    surface: &'a Surface,
+    features: &'a Features,
+    needs: Vec<CurveNeed>,
+    /// Volume, area, integral of mean curvature and of half the Gaussian curvature: Steiner's coefficients.
+    steiner: [f64; 4],
+    /// Cells' worth of area that the corners cover.
+    corner_cells: f64,
+    /// Seeds that each shell needs beside its corners and the least of its curves.
+    shell_least: Vec<usize>,
+    /// The largest spacing allowed at each vertex; infinite where nothing is thin.
+    limits: Vec<f64>,
+}
+
+/// The size and the counts that follow from it.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// Edge length where nothing is thin.
+    pub(super) spacing: f64,
+    /// Edge length at each of the surface's vertices.
+    pub(super) sizes: Vec<f64>,
+    /// Seeds of each curve, corners not counted.
+    pub(super) curves: Vec<usize>,
+    /// Seeds on the surface, off its creases.
+    pub(super) surface: usize,
+    /// Seeds inside.
+    pub(super) interior: usize,
+}
+
+/// Too few seeds: how many would do, what cannot be kept, and the vertex where.
+#[derive(Clone, Debug)]
+pub(super) struct Shortage {
+    pub(super) needed: usize,
+    pub(super) reason: String,
+    pub(super) vertex: u32,
+}
+
+impl<'a> Demand<'a> {
+    /// Measures `surface`; no limit is set yet.
+    pub(super) fn measure(surface: &'a Surface, features: &'a Features) -> Demand<'a> {
+        let limits = vec![f64::INFINITY; surface.points().len()];
+        let needs = curves::needs(features);
+        let mut demand = Demand {
+            surface,
+            features,
+            needs,
+            steiner: steiner(surface),
+            corner_cells: corner_cells(surface, features),
+            shell_least: Vec::new(),
+            limits,
+        };
+        demand.shell_least = demand.shell_deficits();
+        demand
+    }
+
+    /// Sets the largest spacing allowed at each vertex.
+    pub(super) fn limit(&mut self, limits: Vec<f64>) {
+        self.limits = limits;
+    }
+
+    /// The needs of the curves.
+    pub(super) fn needs(&self) -> &[CurveNeed] {
+        &self.needs
+    }
+
+    /// Seeds of kind surface that each shell must get.
+    pub(super) fn shell_least(&self) -> &[usize] {
+        &self.shell_least
+    }
+
+    /// Vertices that a mesh with edges of length h has.
+    pub(super) fn total(&self, h: f64, stretch: f64) -> f64 {
+        let curves: f64 = self.curves_wanted(h, stretch).iter().sum();
+        let surface = self.surface_wanted(h, stretch, curves);
+        self.features.corners.len() as f64 + curves + surface + self.interior_wanted(h)
+    }
+
+    /// The plan for exactly `count` seeds.
+    pub(super) fn plan(&self, count: usize) -> Result<Plan, Shortage> {
+        self.refuse_hopeless(count)?;
+        let n = count as f64;
+        let coarsest = 8.0 * self.surface.diagonal();
+        let mut stretch = 1.0;
+        if self.total(coarsest, 1.0) > n {
+            if self.total(coarsest, STRETCH) > n {
+                return Err(self.thin_shortage());
+            }
+            stretch = bisect(1.0, STRETCH, |s| self.total(coarsest, s) > n);
+        }
+        let h = bisect(1e-6 * coarsest, coarsest, |h| self.total(h, stretch) > n);
+        let sizes = self.sizes(h, stretch);
+        // Where every place is thin, the spacing is that of the least thin.
+        let spacing = sizes.iter().copied().fold(0.0, f64::max);
+        self.whole_counts(count, spacing, stretch, sizes)
+    }
+
+    /// The count that edges of length h need.
+    pub(super) fn count_for(&self, h: f64) -> f64 {
+        let least = self.features.corners.len() + self.least_of_curves() + self.shell_least.iter().sum::<usize>();
+        self.total(h, 1.0).round().max(least.max(4) as f64)
+    }
+
+    fn sizes(&self, h: f64, stretch: f64) -> Vec<f64> {
+        self.limits.iter().map(|l| (stretch * l).min(h)).collect()
+    }
+
+    fn least_of_curves(&self) -> usize {
+        self.needs.iter().map(|n| n.least.max(if n.closed { 3 } else { 0 })).sum()
+    }
+
+    fn curves_wanted(&self, h: f64, stretch: f64) -> Vec<f64> {
+        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let wanted = |(c, n): (_, &CurveNeed)| n.wanted(curves::steps(c, spacing));
+        self.features.curves.iter().zip(&self.needs).map(wanted).collect()
+    }
+
+    fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
+        let mut cells = 0.0;
+        let mut plain = self.steiner[1];
+        for (t, v) in self.surface.triangles().iter().enumerate() {
+            let s = v.map(|v| stretch * self.limits[v as usize]);
+            if s.iter().all(|&s| s >= h) {
+                continue;
+            }
+            let s = s.map(|s| s.min(h));
+            let area = 0.5 * triangle_normal(self.surface, t as u32).length();
+            plain -= area;
+            // The mean over the midpoints of the edges: exact to the second degree.
+            let density = |a: f64, b: f64| 4.0 / ((a + b) * (a + b));
+            cells += area * (density(s[0], s[1]) + density(s[1], s[2]) + density(s[2], s[0])) / (3.0 * HEXAGON);
+        }
+        cells += plain.max(0.0) / (HEXAGON * h * h);
+        let least: usize = self.shell_least.iter().sum();
+        (cells - on_curves - self.corner_cells).max(least as f64)
+    }
+
+    /// Volume deeper than the surface's own layer over the volume of a cell.
+    fn interior_wanted(&self, h: f64) -> f64 {
+        let [volume, area, mean, gauss] = self.steiner;
+        let at = |d: f64| volume - d * (area - d * (mean - d * gauss));
+        // The formula ends where the layers of opposite walls meet, at the latest where it stops falling.
+        let turn = if mean > 0.0 { area / (2.0 * mean) } else { f64::INFINITY };
+        let depth = LAYER * h;
+        if depth >= turn { 0.0 } else { (at(depth).max(0.0)).min(volume) / (CELL * h * h * h) }
+    }
+
+    /// Rounds the wanted counts so that their sum is `count`.
+    fn whole_counts(&self, count: usize, spacing: f64, stretch: f64, sizes: Vec<f64>) -> Result<Plan, Shortage> {
+        let corners = self.features.corners.len();
+        let shell_least: usize = self.shell_least.iter().sum();
+        let wanted = self.curves_wanted(spacing, stretch);
+        let mut curves: Vec<usize> = wanted.iter().map(|w| w.round() as usize).collect();
+        // Rounding, or too few seeds: the crease that is sampled most finely for its length gives one up.
+        let room = count - corners - shell_least;
+        let mut total: usize = curves.iter().sum();
+        while total > room {
+            let slack = |i: &usize| curves[*i] > self.needs[*i].least.max(if self.needs[*i].closed { 3 } else { 0 });
+            let excess = |i: usize| curves[i] as f64 / (wanted[i] + 1.0);
+            let most = (0..curves.len()).filter(slack).max_by(|&a, &b| excess(a).total_cmp(&excess(b)));
+            let most = most.expect("the least of the curves fits: this is a bug in tetcvt");
+            curves[most] -= 1;
+            total -= 1;
+        }
+        let left = count - corners - total;
+        let surface = self.surface_wanted(spacing, stretch, total as f64);
+        let interior = self.interior_wanted(spacing);
+        let share = if surface + interior > 0.0 { surface / (surface + interior) } else { 1.0 };
+        let surface = if interior < 0.5 { left } else { (share * left as f64).round() as usize };
+        let surface = surface.clamp(shell_least, left);
+        Ok(Plan { spacing, sizes, curves, surface, interior: left - surface })
+    }
+
+    /// What no spacing brings below `count`: corners, the least of the curves, four seeds on each shell.
+    fn refuse_hopeless(&self, count: usize) -> Result<(), Shortage> {
+        let corners = self.features.corners.len();
+        let least = corners + self.least_of_curves() + self.shell_least.iter().sum::<usize>();
+        if least <= count {
+            return Ok(());
+        }
+        if count < corners {
+            let reason = format!("{corners} corners cannot all be kept");
+            return Err(Shortage { needed: least, reason, vertex: self.features.corners[count] });
+        }
+        let mut used = corners;
+        for (c, n) in self.features.curves.iter().zip(&self.needs) {
+            used += n.least;
+            if used > count {
+                let reason = format!("{corners} corners and {} creases cannot all be kept", self.needs.len());
+                return Err(Shortage { needed: least, reason, vertex: c.vertices[c.vertices.len() / 2] });
+            }
+        }
+        let mut shell = 0;
+        for (s, n) in self.shell_least.iter().enumerate() {
+            used += n;
+            if used > count {
+                shell = s as u32;
+                break;
+            }
+        }
+        let t = self.surface.shell().iter().position(|&s| s == shell).unwrap_or(0);
+        let reason = format!("{} shells cannot all be kept", self.shell_least.len());
+        Err(Shortage { needed: least, reason, vertex: self.surface.triangles()[t][0] })
+    }
+
+    fn thin_shortage(&self) -> Shortage {
+        // Named where the most seeds go: the least limit of all.
+        let least = (0..self.limits.len()).min_by(|&a, &b| self.limits[a].total_cmp(&self.limits[b])).unwrap_or(0);
+        let needed = self.total(8.0 * self.surface.diagonal(), 1.0).ceil() as usize;
+        let length = self.surface.frame().length_to_model(self.limits[least]);
+        let reason = format!("thin walls or narrow gaps need edges of about {length:.3e}");
+        Shortage { needed: needed + needed / 50, reason, vertex: least as u32 }
+    }
+
+    fn shell_deficits(&self) -> Vec<usize> {
+        let mut have = vec![0usize; self.surface.solid_of_shell().len()];
+        let shell_of = self.shell_of_vertices();
+        for &v in &self.features.corners {
+            have[shell_of[v as usize] as usize] += 1;
+        }
+        for (c, n) in self.features.curves.iter().zip(&self.needs) {
+            have[shell_of[c.vertices[0] as usize] as usize] += n.least;
+        }
+        have.iter().map(|&n| PER_SHELL.saturating_sub(n)).collect()
+    }
+
+    fn shell_of_vertices(&self) -> Vec<u32> {
+        let mut shells = vec![0; self.surface.points().len()];
+        for (t, v) in self.surface.triangles().iter().enumerate() {
+            for v in v {
+                shells[*v as usize] = self.surface.shell()[t];
+            }
+        }
+        shells
+    }
+}
+
+/// Where `more` turns false between `low` and `high`, on its false side.
+fn bisect(mut low: f64, mut high: f64, more: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if more(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+        if high <= low * (1.0 + 1e-9) {
+            break;
+        }
+    }
+    high
+}
+
+/// Coefficients of the volume at depth d: volume - area d + mean d^2 - gauss d^3. An edge whose normals turn by the
+/// angle a counts for its length times tan(a / 2), the exact value of a sharp convex edge and that of a smooth surface
+/// in the limit.
+fn steiner(surface: &Surface) -> [f64; 4] {
+    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * surface.triangles().len());
+    for (t, v) in surface.triangles().iter().enumerate() {
+        for i in 0..3 {
+            let (a, b) = (v[i], v[(i + 1) % 3]);
+            edges.push(([a.min(b), a.max(b)], t as u32));
+        }
+    }
+    edges.sort_unstable();
+    let mut mean = 0.0;
+    for pair in edges.chunks_exact(2) {
+        let ([a, b], t) = pair[0];
+        let [n, m] = [t, pair[1].1].map(|t| triangle_normal(surface, t).normalize_or_zero());
+        let (p, q) = (surface.points()[a as usize], surface.points()[b as usize]);
+        let other = surface.triangles()[pair[1].1 as usize].into_iter().find(|v| *v != a && *v != b);
+        let other = other.map_or(p, |v| surface.points()[v as usize]);
+        let tangent = (n.cross(m).length() / (1.0 + n.dot(m)).max(1e-9)).min(2.0);
+        let convex = if (other - p).dot(n) <= 0.0 { 1.0 } else { -1.0 };
+        mean += convex * p.distance(q) * tangent;
+    }
+    let shells = surface.solid_of_shell().len() as f64;
+    // Cavities turn the other way, but at depths where this term counts they are not what is left.
+    let gauss = 4.0 / 3.0 * std::f64::consts::PI * (shells - surface.genus() as f64);
+    [surface.volume(), surface.area(), mean, gauss]
+}
+
+/// Cells' worth of area around the corners: the angle of their fans over a full turn.
+fn corner_cells(surface: &Surface, features: &Features) -> f64 {
+    let mut is_corner = vec![false; surface.points().len()];
+    features.corners.iter().for_each(|&v| is_corner[v as usize] = true);
+    let mut angles = 0.0;
+    for v in surface.triangles() {
+        for i in 0..3 {
+            if is_corner[v[i] as usize] {
+                let [a, b, c] = [0, 1, 2].map(|k| surface.points()[v[(i + k) % 3] as usize]);
+                angles += (b - a).angle_between(c - a);
+            }
+        }
+    }
+    angles / std::f64::consts::TAU
+}

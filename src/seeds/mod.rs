@@ -1,0 +1,241 @@
+//! First seeds, in and on the surface: exactly as many as asked for, in one even spacing, or a finer one where walls are
+//! thin.
+//!
+//! 1. Count: how many on creases, on the surface and inside (`counts`), thin walls included (`thickness`).
+//! 2. Creases (`curves`), then the surface between them (`surface_sampling`), then the interior (`interior`).
+//! 3. Number them along a Hilbert curve (`order`).
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::params::{Boundary, Params, Target};
+use crate::surface::Surface;
+use crate::surface::features::Features;
+use counts::{Demand, Plan, Shortage};
+use interior::Interior;
+use surface_sampling::BoundarySeed;
+
+mod counts;
+
+pub mod curves;
+
+mod elimination;
+
+mod grid;
+
+mod interior;
+
+mod order;
+
+mod surface_sampling;
+
+mod thickness;
+
+/// Which part of the solid a seed belongs to; the value is the `kind` of the mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum SeedKind {
+    /// Inside.
+    Interior = 0,
+    /// On the surface.
+    Surface = 1,
+    /// On a crease.
+    Curve = 2,
+    /// On a corner, never moving.
+    Corner = 3,
+}
+
+/// Where a seed is bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// Nowhere.
+    Interior,
+    /// To the surface; the triangle that it lies on.
+    Surface {
+        /// Index of the triangle.
+        triangle: u32,
+    },
+    /// To a crease.
+    Curve {
+        /// Index into [`Features::curves`].
+        curve: u32,
+        /// Arc length along the curve from its first vertex, in frame units.
+        at: f64,
+    },
+    /// To a corner.
+    Corner {
+        /// The surface's vertex.
+        vertex: u32,
+    },
+}
+
+impl Anchor {
+    /// The kind of a seed so bound.
+    pub fn kind(&self) -> SeedKind {
+        match self {
+            Anchor::Interior => SeedKind::Interior,
+            Anchor::Surface { .. } => SeedKind::Surface,
+            Anchor::Curve { .. } => SeedKind::Curve,
+            Anchor::Corner { .. } => SeedKind::Corner,
+        }
+    }
+}
+
+/// Seeds along a Hilbert curve, in the frame, on its grid; no two alike.
+#[derive(Clone, Debug)]
+pub struct Seeds {
+    /// Positions.
+    pub positions: Vec<DVec3>,
+    /// Where each is bound.
+    pub anchors: Vec<Anchor>,
+    /// The edge length that one even spacing of this count gives, in frame units.
+    pub spacing: f64,
+    /// For each vertex of the surface, the spacing wanted there over [`Seeds::spacing`]: 1, or less where a wall or a
+    /// gap is thin.
+    pub relative_size: Vec<f64>,
+}
+
+/// Streams of random numbers, so that one stage's draws do not shift another's.
+mod stream {
+    pub(super) const THICKNESS: u64 = 1;
+    pub(super) const SURFACE: u64 = 2;
+    pub(super) const INTERIOR: u64 = 3;
+}
+
+/// The largest count that the kernel's indices allow.
+const MOST: f64 = 1e8;
+
+/// Places the first seeds.
+pub fn sample(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
+    let mut seeds = match params.boundary {
+        Boundary::Conform => conforming(surface, features, params)?,
+        Boundary::Free => free(surface, params)?,
+    };
+    order::along_hilbert_curve(&mut seeds.positions, &mut seeds.anchors);
+    Ok(seeds)
+}
+
+/// Seeds on corners, creases, the surface, and inside.
+fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
+    let (demand, mut plan, count) = planned(surface, features, params)?;
+    // Where the walls are too thin for the interior seeds, these go on the surface.
+    loop {
+        let boundary = boundary_seeds(surface, features, (&demand, &plan), params.random_seed);
+        let interior = Interior::new(surface, &boundary, plan.spacing);
+        let inside = interior.place(plan.interior, params.start, params.random_seed);
+        if inside.len() < plan.interior {
+            plan.surface += plan.interior - inside.len();
+            plan.interior = inside.len();
+            continue;
+        }
+        let anchors = boundary.iter().map(|s| s.anchor).chain(inside.iter().map(|_| Anchor::Interior)).collect();
+        let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).chain(inside).collect();
+        debug_assert_eq!(positions.len(), count);
+        let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
+        return Ok(Seeds { positions, anchors, spacing: plan.spacing, relative_size });
+    }
+}
+
+/// The plan for the run's target, thin walls seen to.
+fn planned<'a>(
+    surface: &'a Surface,
+    features: &'a Features,
+    params: &Params,
+) -> Result<(Demand<'a>, Plan, usize), Error> {
+    let mut demand = Demand::measure(surface, features);
+    let length = edge_length(surface, params.target);
+    let count_at = |demand: &Demand| match (params.target, length) {
+        (Target::Count(n), _) => Ok(n),
+        (_, Some(h)) => checked_count(demand.count_for(h)),
+        (_, None) => unreachable!("every target but a count has a length: this is a bug in tetcvt"),
+    };
+    let mut count = count_at(&demand)?;
+    let too_few = |count: usize, s: Shortage| Error::TooFewSeeds {
+        count,
+        needed: s.needed.max(count + 1),
+        reason: s.reason,
+        place: surface.frame().to_model(surface.points()[s.vertex as usize]).to_array(),
+    };
+    let mut plan = demand.plan(count).map_err(|s| too_few(count, s))?;
+    // Limits are sought below the spacing at hand; seeds that thin walls take leave a larger one elsewhere, where more
+    // may be thin.
+    for _ in 0..3 {
+        let sought = plan.spacing;
+        demand.limit(thickness::limits(surface, features, sought, params.random_seed));
+        count = count_at(&demand)?;
+        plan = demand.plan(count).map_err(|s| too_few(count, s))?;
+        if plan.spacing <= 1.1 * sought {
+            break;
+        }
+    }
+    Ok((demand, plan, count))
+}
+
+/// The edge length asked for, in the frame; none where a count was.
+fn edge_length(surface: &Surface, target: Target) -> Option<f64> {
+    match target {
+        Target::Count(_) => None,
+        Target::Edge(l) => Some(l * surface.frame().scale),
+        Target::RelativeEdge(share) => Some(share * surface.diagonal()),
+    }
+}
+
+fn checked_count(count: f64) -> Result<usize, Error> {
+    if count <= MOST {
+        return Ok(count as usize);
+    }
+    let reason = format!("edges so short need {count:.1e} vertices, more than {MOST:.0e}");
+    Err(Error::Parameter { option: "edge", reason })
+}
+
+/// Seeds on corners, creases and the surface.
+fn boundary_seeds(
+    surface: &Surface,
+    features: &Features,
+    (demand, plan): (&Demand, &Plan),
+    random_seed: u64,
+) -> Vec<BoundarySeed> {
+    let on_corner = |&v: &u32| BoundarySeed {
+        position: surface.points()[v as usize],
+        anchor: Anchor::Corner { vertex: v },
+        normal: DVec3::ZERO,
+        spacing: plan.sizes[v as usize],
+    };
+    let mut seeds: Vec<BoundarySeed> = features.corners.iter().map(on_corner).collect();
+    for (i, (need, &count)) in demand.needs().iter().zip(&plan.curves).enumerate() {
+        let curve = &features.curves[i];
+        let spacing = |v: u32| plan.sizes[v as usize];
+        for (position, anchor) in curves::place(surface, features, (i as u32, need.closed), count, spacing) {
+            let at = if let Anchor::Curve { at, .. } = anchor { at } else { 0.0 };
+            let near = curve.arc.partition_point(|&a| a <= at).min(curve.arc.len() - 1);
+            let spacing = spacing(curve.vertices[near]);
+            seeds.push(BoundarySeed { position, anchor, normal: DVec3::ZERO, spacing });
+        }
+    }
+    surface_sampling::add_surface_seeds(surface, features, (demand, plan), random_seed, &mut seeds);
+    seeds
+}
+
+/// Seeds inside alone, the same density everywhere.
+fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
+    let cell = |h: f64| counts::CELL * h * h * h;
+    let count = match (params.target, edge_length(surface, params.target)) {
+        (Target::Count(n), _) => n,
+        (_, length) => {
+            let h = length.expect("every target but a count has a length: this is a bug in tetcvt");
+            checked_count((surface.volume() / cell(h)).round().max(4.0))?
+        }
+    };
+    let spacing = (surface.volume() / (counts::CELL * count as f64)).cbrt();
+    let positions = Interior::new(surface, &[], spacing).place(count, params.start, params.random_seed);
+    if positions.len() < count {
+        return Err(Error::TooFewSeeds {
+            count,
+            needed: 2 * count,
+            reason: "the solid is too thin for seeds inside it alone".to_owned(),
+            place: surface.frame().to_model(surface.points()[0]).to_array(),
+        });
+    }
+    let anchors = vec![Anchor::Interior; count];
+    Ok(Seeds { positions, anchors, spacing, relative_size: vec![1.0; surface.points().len()] })
+}
