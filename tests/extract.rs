@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use proptest::prelude::*;
-use tetcvt::delaunay::INFINITE;
+use tetcvt::delaunay::{Facet, INFINITE};
 use tetcvt::extract::boundary::{Boundary, regions};
 use tetcvt::extract::complex::Complex;
 use tetcvt::extract::mend::settle;
@@ -16,7 +16,7 @@ use tetcvt::seeds::SeedKind;
 struct Made {
     points: Vec<DVec3>,
     tets: Vec<[u32; 4]>,
-    neighbors: Vec<[u32; 4]>,
+    neighbors: Vec<[Facet; 4]>,
     finite: usize,
     seeds: usize,
 }
@@ -45,10 +45,10 @@ impl Made {
                 }
             }
         }
-        let mut by_facet: HashMap<[u32; 3], Vec<usize>> = HashMap::new();
+        let mut by_facet: HashMap<[u32; 3], Vec<Facet>> = HashMap::new();
         for (t, tet) in tets.iter().enumerate() {
-            for f in FACETS {
-                by_facet.entry(sorted(f.map(|k| tet[k]))).or_default().push(t);
+            for (i, f) in FACETS.into_iter().enumerate() {
+                by_facet.entry(sorted(f.map(|k| tet[k]))).or_default().push(Facet::new(t as u32, i));
             }
         }
         let neighbors = (0..tets.len())
@@ -56,7 +56,7 @@ impl Made {
                 FACETS.map(|f| {
                     let pair = &by_facet[&sorted(f.map(|k| tets[t][k]))];
                     assert_eq!(pair.len(), 2);
-                    pair[usize::from(pair[0] == t)] as u32
+                    pair[usize::from(pair[0].tet() == t as u32)]
                 })
             })
             .collect();

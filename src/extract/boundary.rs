@@ -23,7 +23,7 @@ impl Boundary {
         let mut triangles = Vec::new();
         for t in (0..inside.len()).filter(|&t| inside[t]) {
             for i in 0..4 {
-                if !inside[complex.neighbors[t][i] as usize] {
+                if !inside[complex.neighbors[t][i].tet() as usize] {
                     tets.push(t as u32);
                     triangles.push(complex.facet(t as u32, i));
                 }
@@ -100,7 +100,7 @@ pub fn regions(complex: &Complex, inside: &[bool]) -> (Vec<u32>, usize) {
         region[start] = count;
         stack.push(start as u32);
         while let Some(t) = stack.pop() {
-            for &n in &complex.neighbors[t as usize] {
+            for n in complex.around(t) {
                 if inside[n as usize] && region[n as usize] == OUTSIDE {
                     region[n as usize] = count;
                     stack.push(n);

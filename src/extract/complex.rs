@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::disjoint_sets::DisjointSets;
-use crate::delaunay::INFINITE;
+use crate::delaunay::{Facet, INFINITE};
 use crate::geometry::tetrahedron::FACETS;
 
 /// A triangulation of all of space, the infinite vertex included, with the star of each vertex.
@@ -14,8 +14,8 @@ pub struct Complex<'a> {
     pub points: &'a [DVec3],
     /// For each tet its vertices; an infinite tet has [`INFINITE`] in its last slot.
     pub tets: &'a [[u32; 4]],
-    /// For each tet the tets across its facets; facet i lies opposite vertex i.
-    pub neighbors: &'a [[u32; 4]],
+    /// For each tet its facets as seen from the tets across them; facet i lies opposite vertex i.
+    pub neighbors: &'a [[Facet; 4]],
     /// Number of seeds.
     pub seeds: usize,
     // The tets around vertex v are star[first[v]..first[v + 1]].
@@ -56,7 +56,7 @@ pub struct FanBuffers {
 
 impl<'a> Complex<'a> {
     /// Collects the stars of a triangulation whose first `seeds` vertices are seeds.
-    pub fn new(points: &'a [DVec3], tets: &'a [[u32; 4]], neighbors: &'a [[u32; 4]], seeds: usize) -> Complex<'a> {
+    pub fn new(points: &'a [DVec3], tets: &'a [[u32; 4]], neighbors: &'a [[Facet; 4]], seeds: usize) -> Complex<'a> {
         let mut first = vec![0u32; points.len() + 2];
         for &v in tets.iter().flatten().filter(|&&v| v != INFINITE) {
             first[v as usize + 2] += 1;
@@ -85,6 +85,11 @@ impl<'a> Complex<'a> {
     /// Whether tet `t` has only seeds for vertices, so that a mesh may use it.
     pub fn usable(&self, t: u32) -> bool {
         self.tets[t as usize].iter().all(|&v| (v as usize) < self.seeds)
+    }
+
+    /// The tets across the facets of tet `t`.
+    pub fn around(&self, t: u32) -> [u32; 4] {
+        self.neighbors[t as usize].map(Facet::tet)
     }
 
     /// The corners of the finite tet `t`.
@@ -118,7 +123,7 @@ impl<'a> Complex<'a> {
 
     /// Number of facets of tet `t` across which the label differs.
     pub fn exposed(&self, inside: &[bool], t: u32) -> usize {
-        self.neighbors[t as usize].iter().filter(|&&n| inside[n as usize] != inside[t as usize]).count()
+        self.around(t).iter().filter(|&&n| inside[n as usize] != inside[t as usize]).count()
     }
 
     /// Buffers for [`Complex::fans`].
@@ -159,7 +164,7 @@ impl<'a> Complex<'a> {
         buffers.sets.reset(tets.len());
         for (i, &t) in tets.iter().enumerate() {
             for k in 0..4 {
-                let n = self.neighbors[t as usize][k];
+                let n = self.neighbors[t as usize][k].tet();
                 // Each pair once. The slot of a tet that is not in the list points elsewhere.
                 if n >= t || self.tets[t as usize][k] == v || inside[n as usize] != inside[t as usize] {
                     continue;

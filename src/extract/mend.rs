@@ -69,7 +69,8 @@ fn is_fold(complex: &Complex, inside: &[bool], t: u32) -> bool {
         return false;
     }
     let normals = FACETS.map(|[i, j, k]| normal2(p[i], p[j], p[k]).normalize_or_zero());
-    let outward = |i: usize| !inside[complex.neighbors[t as usize][i] as usize];
+    let around = complex.around(t);
+    let outward = |i: usize| !inside[around[i] as usize];
     (0..4).filter(|&i| outward(i)).all(|i| (0..4).filter(|&j| !outward(j)).all(|j| normals[i].dot(-normals[j]) > SHEET))
 }
 

@@ -307,7 +307,7 @@ impl<'a> Repair<'a> {
     fn pairs(&self, v: u32) -> Vec<Vec<u32>> {
         let mut pairs: Vec<Vec<u32>> = Vec::new();
         for &t in self.complex.star(v) {
-            for &n in &self.complex.neighbors[t as usize] {
+            for n in self.complex.around(t) {
                 if self.inside[t as usize] == self.inside[n as usize] {
                     pairs.push(vec![t.min(n), t.max(n)]);
                 }
@@ -328,7 +328,7 @@ impl<'a> Repair<'a> {
         let mut next = 0;
         while next < reached.len() && reached.len() < SEARCH {
             let (t, _) = reached[next];
-            let neighbors = self.complex.neighbors[t as usize];
+            let neighbors = self.complex.around(t);
             if neighbors.iter().any(|&n| self.inside[n as usize]) {
                 let mut way = vec![t];
                 let mut at = next;
@@ -363,7 +363,7 @@ impl<'a> Repair<'a> {
             let peelable = self.inside[t as usize] && ((self.judge.flat)(t) || thin(t, &self.inside));
             if peelable && self.change(&[t]) <= 0 {
                 self.toggle(&[t]);
-                queue.extend(self.complex.neighbors[t as usize].iter().filter(|&&n| self.inside[n as usize]));
+                queue.extend(self.complex.around(t).into_iter().filter(|&n| self.inside[n as usize]));
             }
         }
     }
