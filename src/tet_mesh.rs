@@ -2,8 +2,11 @@
 
 use glam::DVec3;
 
+use crate::geometry::tetrahedron::{self, FACETS};
 use crate::progress::Step;
 use crate::seeds::SeedKind;
+
+mod check;
 
 /// A facet of the mesh's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,4 +59,67 @@ pub struct TetMesh {
     pub stopped: String,
     /// Where the time went.
     pub times: StageTimes,
+}
+
+impl TetMesh {
+    /// The corners of tet `t`.
+    pub fn corners(&self, t: usize) -> [DVec3; 4] {
+        self.tets[t].map(|v| self.points[v as usize])
+    }
+
+    /// Volume, in model units.
+    pub fn volume(&self) -> f64 {
+        (0..self.tets.len())
+            .map(|t| {
+                let [a, b, c, d] = self.corners(t);
+                tetrahedron::volume(a, b, c, d)
+            })
+            .sum()
+    }
+
+    /// Area of the boundary, in model units.
+    pub fn area(&self) -> f64 {
+        self.boundary
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.vertices.map(|v| self.points[v as usize]);
+                (b - a).cross(c - a).length() / 2.0
+            })
+            .sum()
+    }
+
+    /// Number of vertices of a kind.
+    pub fn count(&self, kind: SeedKind) -> usize {
+        self.kinds.iter().filter(|&&k| k == kind).count()
+    }
+
+    /// The facets that belong to one tet only, each as its tet and its vertices, counter-clockwise seen from outside;
+    /// ordered by tet. Found anew from the tets.
+    pub fn single_facets(&self) -> Vec<(u32, [u32; 3])> {
+        let mut facets: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(4 * self.tets.len());
+        for (t, tet) in self.tets.iter().enumerate() {
+            for (i, facet) in FACETS.iter().enumerate() {
+                let mut key = facet.map(|k| tet[k]);
+                key.sort_unstable();
+                facets.push((key, t as u32, i as u8));
+            }
+        }
+        facets.sort_unstable();
+        let mut single: Vec<(u32, [u32; 3])> = facets
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|same| same.len() == 1)
+            .map(|same| (same[0].1, FACETS[same[0].2 as usize].map(|k| self.tets[same[0].1 as usize][k])))
+            .collect();
+        single.sort_unstable();
+        single
+    }
+
+    /// Verifies every invariant of the mesh; names the first violation.
+    ///
+    /// Volumes are positive as `f64` arithmetic has them, every vertex is used, no facet has more than two tets, the
+    /// boundary is the facets that have one, outward, closed and manifold at every edge and vertex, and regions change
+    /// nowhere but there.
+    pub fn check(&self) -> Result<(), String> {
+        check::check(self)
+    }
 }

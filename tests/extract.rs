@@ -1,1 +1,342 @@
 //! Tests of extract.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use proptest::prelude::*;
+use tetcvt::delaunay::{Facet, INFINITE};
+use tetcvt::extract::boundary::{Boundary, regions};
+use tetcvt::extract::complex::Complex;
+use tetcvt::extract::mend::settle;
+use tetcvt::extract::repair::{Judge, Repair};
+use tetcvt::geometry::tetrahedron::{FACETS, centroid, volume6};
+use tetcvt::seeds::SeedKind;
+
+/// A triangulation made by hand, with infinite tets over its hull.
+struct Made {
+    points: Vec<DVec3>,
+    tets: Vec<[u32; 4]>,
+    neighbors: Vec<[Facet; 4]>,
+    finite: usize,
+    seeds: usize,
+}
+
+impl Made {
+    /// Glues positively oriented tets over `points` along their facets, and infinite ones onto the rest.
+    fn glue(points: Vec<DVec3>, mut tets: Vec<[u32; 4]>) -> Made {
+        let sorted = |mut f: [u32; 3]| {
+            f.sort();
+            f
+        };
+        let finite = tets.len();
+        let mut owners: HashMap<[u32; 3], Vec<usize>> = HashMap::new();
+        for (t, tet) in tets.iter().enumerate() {
+            let [a, b, c, d] = tet.map(|v| points[v as usize]);
+            assert!(volume6(a, b, c, d) > 0.0);
+            for f in FACETS {
+                owners.entry(sorted(f.map(|k| tet[k]))).or_default().push(t);
+            }
+        }
+        for t in 0..finite {
+            for f in FACETS {
+                let f = f.map(|k| tets[t][k]);
+                if owners[&sorted(f)].len() == 1 {
+                    tets.push([f[0], f[1], f[2], INFINITE]);
+                }
+            }
+        }
+        let mut by_facet: HashMap<[u32; 3], Vec<Facet>> = HashMap::new();
+        for (t, tet) in tets.iter().enumerate() {
+            for (i, f) in FACETS.into_iter().enumerate() {
+                by_facet.entry(sorted(f.map(|k| tet[k]))).or_default().push(Facet::new(t as u32, i));
+            }
+        }
+        let neighbors = (0..tets.len())
+            .map(|t| {
+                FACETS.map(|f| {
+                    let pair = &by_facet[&sorted(f.map(|k| tets[t][k]))];
+                    assert_eq!(pair.len(), 2);
+                    pair[usize::from(pair[0].tet() == t as u32)]
+                })
+            })
+            .collect();
+        let seeds = points.len();
+        Made { points, tets, neighbors, finite, seeds }
+    }
+
+    /// A grid of n^3 unit cubes, each cut into six tets around its diagonal (1, 1, 1).
+    fn grid(n: u32) -> Made {
+        let at = |x: u32, y: u32, z: u32| x + (n + 1) * (y + (n + 1) * z);
+        let points = (0..(n + 1).pow(3))
+            .map(|i| DVec3::new((i % (n + 1)) as f64, (i / (n + 1) % (n + 1)) as f64, (i / (n + 1) / (n + 1)) as f64))
+            .collect();
+        let mut tets = Vec::new();
+        for cube in 0..n.pow(3) {
+            let corner = [cube % n, cube / n % n, cube / n / n];
+            for [i, j, even] in [[0, 1, 1], [1, 2, 1], [2, 0, 1], [1, 0, 0], [2, 1, 0], [0, 2, 0]] {
+                let mut p = corner;
+                let mut path = vec![at(p[0], p[1], p[2])];
+                for axis in [i, j, 3 - i - j] {
+                    p[axis] += 1;
+                    path.push(at(p[0], p[1], p[2]));
+                }
+                let [a, b, c, d] = [path[0], path[1], path[2], path[3]];
+                tets.push(if even == 1 { [a, b, c, d] } else { [a, c, b, d] });
+            }
+        }
+        Made::glue(points, tets)
+    }
+
+    /// Labels the tets whose centroids satisfy `inside`; vertices of these become the seeds, the others auxiliary.
+    fn label(mut self, inside: impl Fn(DVec3) -> bool) -> (Made, Vec<bool>) {
+        let labels: Vec<bool> = (0..self.tets.len()).map(|t| t < self.finite && inside(self.centroid(t))).collect();
+        let mut used = vec![false; self.points.len()];
+        for (tet, _) in self.tets.iter().zip(&labels).filter(|(_, l)| **l) {
+            tet.iter().for_each(|&v| used[v as usize] = true);
+        }
+        let mut order: Vec<usize> = (0..used.len()).collect();
+        order.sort_by_key(|&v| !used[v]);
+        let mut rank = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(i, &v)| rank[v] = i as u32);
+        self.points = order.iter().map(|&v| self.points[v]).collect();
+        for v in self.tets.iter_mut().flatten().filter(|v| **v != INFINITE) {
+            *v = rank[*v as usize];
+        }
+        self.seeds = used.iter().filter(|u| **u).count();
+        (self, labels)
+    }
+
+    fn centroid(&self, t: usize) -> DVec3 {
+        let [a, b, c, d] = self.tets[t].map(|v| self.points[v as usize]);
+        centroid(a, b, c, d)
+    }
+
+    fn complex(&self) -> Complex<'_> {
+        Complex::new(&self.points, &self.tets, &self.neighbors, self.seeds)
+    }
+
+    /// Settles `labels` where `depth` is that of a point.
+    fn settle(&self, kinds: &[SeedKind], labels: Vec<bool>, depth: impl Fn(DVec3) -> f64 + Sync) -> (Vec<bool>, u64) {
+        let complex = self.complex();
+        let of_tet = |t: u32| depth(self.centroid(t as usize));
+        let flat = |t: u32| {
+            let [a, b, c, d] = complex.corners(t);
+            volume6(a, b, c, d) < 1e-9
+        };
+        let mut repair = Repair::new(&complex, kinds, Judge { depth: &of_tet, flat: &flat, reach: 0.5 }, labels);
+        settle(&complex, &mut repair);
+        let total = repair.total();
+        (repair.into_labels(), total)
+    }
+}
+
+/// Whether the boundary of the labels is closed and manifold, by counting from scratch.
+fn is_manifold(complex: &Complex, labels: &[bool]) -> bool {
+    let boundary = Boundary::of(complex, labels);
+    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    let mut links: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
+    for &[a, b, c] in &boundary.triangles {
+        for (x, y, z) in [(a, b, c), (b, c, a), (c, a, b)] {
+            *edges.entry((x, y)).or_default() += 1;
+            links.entry(x).or_default().push((y, z));
+        }
+    }
+    let closed = edges.iter().all(|(&(x, y), &n)| n == 1 && edges.get(&(y, x)) == Some(&1));
+    let disks = links.values().all(|link| {
+        let next: HashMap<u32, u32> = link.iter().copied().collect();
+        let mut at = link[0].0;
+        let mut steps = 0;
+        while steps < link.len() && next.contains_key(&at) {
+            at = next[&at];
+            steps += 1;
+            if at == link[0].0 {
+                break;
+            }
+        }
+        next.len() == link.len() && steps == link.len()
+    });
+    closed && disks
+}
+
+fn all_used(made: &Made, labels: &[bool]) -> bool {
+    let mut used = vec![false; made.points.len()];
+    for (tet, _) in made.tets.iter().zip(labels).filter(|(_, l)| **l) {
+        tet.iter().for_each(|&v| used[v as usize] = true);
+    }
+    used[..made.seeds].iter().all(|&u| u)
+}
+
+fn cube_of(p: DVec3) -> [i32; 3] {
+    p.floor().as_ivec3().to_array()
+}
+
+/// Signed distance to the box from `min` to `max`, positive inside.
+fn box_depth(p: DVec3, min: DVec3, max: DVec3) -> f64 {
+    let q = (min - p).max(p - max);
+    -(q.max(DVec3::ZERO).length() + q.max_element().min(0.0))
+}
+
+#[test]
+fn a_ball_a_ring_and_a_cavity_have_their_topology_and_are_left_alone() {
+    type Shape = (&'static str, fn([i32; 3]) -> bool, Vec<i64>, usize);
+    let shapes: [Shape; 4] = [
+        ("ball", |c| c.iter().all(|&x| (1..4).contains(&x)), vec![2], 1),
+        ("ring", |c| c[2] == 2 && c[0].abs_diff(2).max(c[1].abs_diff(2)) == 1, vec![0], 1),
+        ("cavity", |c| c.iter().all(|&x| (1..4).contains(&x)) && c != [2; 3], vec![2, 2], 1),
+        ("two balls", |c| c[1] == 2 && c[2] == 2 && (c[0] == 1 || c[0] == 3), vec![2, 2], 2),
+    ];
+    for (name, shape, euler, bodies) in shapes {
+        let (made, labels) = Made::grid(5).label(|p| shape(cube_of(p)));
+        let complex = made.complex();
+        let boundary = Boundary::of(&complex, &labels);
+        assert_eq!(boundary.euler, euler, "{name}");
+        assert_eq!(regions(&complex, &labels).1, bodies, "{name}");
+        assert!(is_manifold(&complex, &labels), "{name}");
+        let kinds = vec![SeedKind::Interior; made.seeds];
+        let (settled, total) = made.settle(&kinds, labels.clone(), |p| if shape(cube_of(p)) { 0.3 } else { -0.3 });
+        assert_eq!(total, 0, "{name}");
+        assert_eq!(settled, labels, "{name}");
+    }
+}
+
+#[test]
+fn bodies_that_share_an_edge_or_a_vertex_are_found_and_mended() {
+    type Shape = (&'static str, [[i32; 3]; 2], usize);
+    let shapes: [Shape; 4] = [
+        ("edge", [[1, 1, 1], [2, 2, 1]], 2),
+        ("other edge", [[1, 2, 1], [2, 1, 1]], 2),
+        ("vertex", [[1, 1, 1], [2, 2, 2]], 1),
+        ("other vertex", [[1, 2, 1], [2, 1, 2]], 1),
+    ];
+    for (name, cubes, wrong) in shapes {
+        let (made, labels) = Made::grid(4).label(|p| cubes.contains(&cube_of(p)));
+        let complex = made.complex();
+        let kinds = vec![SeedKind::Interior; made.seeds];
+        let zero = |_: u32| 0.0;
+        let never = |_: u32| false;
+        let repair = Repair::new(&complex, &kinds, Judge { depth: &zero, flat: &never, reach: 0.5 }, labels.clone());
+        assert_eq!(repair.wrong().len(), wrong, "{name}");
+        assert!(!is_manifold(&complex, &labels), "{name}");
+        let (settled, total) = made.settle(&kinds, labels, |_| 0.0);
+        assert_eq!(total, 0, "{name}");
+        assert!(is_manifold(&complex, &settled), "{name}");
+        assert!(all_used(&made, &settled), "{name}");
+    }
+}
+
+#[test]
+fn geometry_decides_which_way_an_edge_is_mended() {
+    // Two cubes that share an edge, between them a wedge that is shallow inside or shallow outside.
+    let cubes = [[1, 1, 1], [2, 2, 1]];
+    for (between, components) in [(0.1f64, 1), (-0.1, 2)] {
+        let (made, labels) = Made::grid(4).label(|p| cubes.contains(&cube_of(p)));
+        let kinds = vec![SeedKind::Interior; made.seeds];
+        // Where the bodies meet the cubes are shallow too, else no label may go against them.
+        let axis = DVec3::new(2.0, 2.0, 0.0);
+        let depth = |p: DVec3| {
+            if !cubes.contains(&cube_of(p)) {
+                between
+            } else if (p - axis).truncate().length() < 0.6 {
+                between.abs() * 0.5 * between.signum()
+            } else {
+                0.4
+            }
+        };
+        let (settled, total) = made.settle(&kinds, labels, depth);
+        assert_eq!(total, 0);
+        assert_eq!(Boundary::of(&made.complex(), &settled).components(), components);
+    }
+}
+
+#[test]
+fn a_sliver_on_the_boundary_is_peeled() {
+    // A unit cube of six tets under a flat tet that covers its top the other way round.
+    let mut made = Made::grid(1);
+    let up = |made: &Made, x: f64, y: f64| made.points.iter().position(|p| *p == DVec3::new(x, y, 1.0)).unwrap();
+    let [a, b, c, d] = [up(&made, 0.0, 0.0), up(&made, 1.0, 0.0), up(&made, 1.0, 1.0), up(&made, 0.0, 1.0)];
+    made.points[b].z += 1e-3;
+    made.points[d].z += 1e-3;
+    let mut tets = made.tets[..made.finite].to_vec();
+    tets.push([a as u32, b as u32, c as u32, d as u32]);
+    let made = Made::glue(made.points, tets);
+    let (made, labels) = made.label(|_| true);
+    let kinds = vec![SeedKind::Surface; made.seeds];
+    let (settled, total) = made.settle(&kinds, labels.clone(), |_| 0.1);
+    assert_eq!(total, 0);
+    assert!(labels[6] && !settled[6]);
+    assert_eq!(settled[..6], labels[..6]);
+    assert!(is_manifold(&made.complex(), &settled));
+}
+
+#[test]
+fn a_cap_over_a_seed_of_the_surface_is_peeled_and_one_over_a_seed_within_is_not() {
+    for kind in [SeedKind::Surface, SeedKind::Interior] {
+        // A tet with a point just below the middle of its facet z = 0.
+        let points = vec![
+            DVec3::new(0.0, 0.0, 0.0),
+            DVec3::new(1.0, 0.0, 0.0),
+            DVec3::new(0.0, 1.0, 0.0),
+            DVec3::new(0.3, 0.3, -1.0),
+            DVec3::new(0.3, 0.3, -0.001),
+        ];
+        let tets = vec![[0, 1, 4, 3], [1, 2, 4, 3], [2, 0, 4, 3], [0, 2, 1, 4]]
+            .into_iter()
+            .map(|[a, b, c, d]: [u32; 4]| {
+                let p = [a, b, c, d].map(|v: u32| points[v as usize]);
+                if volume6(p[0], p[1], p[2], p[3]) > 0.0 { [a, b, c, d] } else { [b, a, c, d] }
+            })
+            .collect();
+        let (made, labels) = Made::glue(points, tets).label(|_| true);
+        let mut kinds = vec![SeedKind::Surface; 5];
+        kinds[4] = kind;
+        let (settled, total) = made.settle(&kinds, labels, |_| 0.1);
+        assert_eq!(total, 0);
+        assert_eq!(settled[3], kind == SeedKind::Interior);
+    }
+}
+
+#[test]
+fn unused_seeds_are_attached() {
+    // All 27 vertices of a 2^3 grid are seeds; only one cube is labelled, so that 19 seeds are in no tet.
+    let (made, _) = Made::grid(2).label(|_| true);
+    let labels: Vec<bool> =
+        (0..made.tets.len()).map(|t| t < made.finite && cube_of(made.centroid(t)) == [0; 3]).collect();
+    assert!(!all_used(&made, &labels));
+    let kinds = vec![SeedKind::Interior; made.seeds];
+    let (settled, total) = made.settle(&kinds, labels, |_| 0.1);
+    assert_eq!(total, 0);
+    assert!(all_used(&made, &settled));
+    assert!(is_manifold(&made.complex(), &settled));
+    assert_eq!(Boundary::of(&made.complex(), &settled).euler, [2]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn label_noise_near_the_boundary_is_repaired(seed in any::<u64>(), share in 0.0..0.4f64) {
+        let (min, max) = (DVec3::splat(1.0), DVec3::splat(6.0));
+        let (made, mut labels) = Made::grid(7).label(|p| box_depth(p, min, max) > 0.0);
+        let mut state = seed;
+        let mut random = || {
+            // SplitMix64.
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            (z ^ (z >> 31)) as f64 / u64::MAX as f64
+        };
+        for t in 0..made.finite {
+            let usable = made.tets[t].iter().all(|&v| (v as usize) < made.seeds);
+            if usable && box_depth(made.centroid(t), min, max).abs() < 1.0 && random() < share {
+                labels[t] ^= true;
+            }
+        }
+        // No help from geometry: all depths are shallow.
+        let kinds = vec![SeedKind::Interior; made.seeds];
+        let (settled, total) = made.settle(&kinds, labels, |p| 0.01 * box_depth(p, min, max).signum());
+        prop_assert_eq!(total, 0);
+        prop_assert!(is_manifold(&made.complex(), &settled));
+        prop_assert!(all_used(&made, &settled));
+        prop_assert_eq!(Boundary::of(&made.complex(), &settled).euler, vec![2]);
+    }
+}

@@ -1,1 +1,0 @@
-//! Takes the mesh out of the triangulation.

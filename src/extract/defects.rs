@@ -1,0 +1,244 @@
+//! What keeps labels from being a mesh, and where.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Sampling;
+use super::boundary::{Boundary, sorted_edges};
+use super::topology::Topology;
+use crate::clipped_voronoi::Crossing;
+use crate::geometry::tetrahedron;
+use crate::seeds::SeedKind;
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DefectKind {
+    /// An edge with more than two boundary triangles.
+    NonManifoldEdge,
+    /// A vertex with more than one fan of boundary triangles.
+    NonManifoldVertex,
+    /// A seed in no tet.
+    UnusedSeed,
+    /// A tet without volume.
+    FlatTet,
+    /// A shell of the surface that no component of the boundary stands for.
+    MissingShell,
+    /// More than one component of the boundary for one shell, or a component too many.
+    ExtraComponent,
+    /// A component of the boundary that stands for two shells at once.
+    BridgedShells,
+    /// The wrong number of handles.
+    WrongGenus,
+    /// A seed on the surface that is not on the boundary. The mesh is valid all the same.
+    BuriedSeed,
+    /// A seed of the interior that is on the boundary. The mesh is valid all the same, with a dent.
+    ExposedSeed,
+}
+
+impl DefectKind {
+    /// Whether a mesh with such a defect must not be written.
+    pub fn is_fatal(self) -> bool {
+        !matches!(self, DefectKind::BuriedSeed | DefectKind::ExposedSeed)
+    }
+
+    /// What cannot be represented, for a message.
+    pub fn describe(self) -> &'static str {
+        match self {
+            DefectKind::NonManifoldEdge => "the boundary meets itself along an edge",
+            DefectKind::NonManifoldVertex => "the boundary meets itself at a vertex",
+            DefectKind::UnusedSeed => "a seed is in no tet",
+            DefectKind::FlatTet => "a tet has no volume",
+            DefectKind::MissingShell => "a shell of the surface is lost",
+            DefectKind::ExtraComponent => "a shell of the surface falls apart",
+            DefectKind::BridgedShells => "two shells of the surface grow together",
+            DefectKind::WrongGenus => "a handle or a hole is lost or made up",
+            DefectKind::BuriedSeed => "a seed on the surface is not on the boundary",
+            DefectKind::ExposedSeed => "a seed of the interior is on the boundary",
+        }
+    }
+}
+
+/// A defect of a labelling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Defect {
+    /// What is wrong.
+    pub kind: DefectKind,
+    /// Where, in the frame.
+    pub place: DVec3,
+    /// The seeds involved, ascending.
+    pub seeds: Vec<u32>,
+    /// Of the crossings of Voronoi edges with the surface at these seeds, the one farthest from its seeds.
+    pub crossing: Option<Crossing>,
+    /// The shell of the surface, where the defect is one of topology.
+    pub shell: Option<u32>,
+}
+
+/// Finds every defect of the labels `inside`, by kind and seed. Topology is looked at only where the boundary is a
+/// manifold, without which components and handles mean nothing.
+pub fn defects(sampling: &Sampling, inside: &[bool], crossings: &[Crossing]) -> Vec<Defect> {
+    let boundary = Boundary::of(&sampling.complex, inside);
+    let mut found = vertex_defects(sampling, inside, &boundary);
+    let manifold = !found.iter().any(|d| d.kind < DefectKind::UnusedSeed);
+    found.extend(flat_tets(sampling, inside));
+    if manifold {
+        found.extend(topology_defects(sampling, inside, &boundary, crossings));
+    }
+    found.sort_by(|a, b| (a.kind, &a.seeds).cmp(&(b.kind, &b.seeds)));
+    attach_crossings(sampling, &mut found, crossings);
+    found
+}
+
+fn defect(sampling: &Sampling, kind: DefectKind, seeds: Vec<u32>) -> Defect {
+    let sum: DVec3 = seeds.iter().map(|&v| sampling.complex.points[v as usize]).sum();
+    Defect { kind, place: sum / seeds.len() as f64, seeds, crossing: None, shell: None }
+}
+
+/// Edges and vertices where the boundary is no manifold, and seeds that are not where they belong.
+fn vertex_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary) -> Vec<Defect> {
+    let edges = sorted_edges(&boundary.triangles);
+    let mut found = Vec::new();
+    let mut at_edge = vec![false; sampling.kinds.len()];
+    for same in edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)).filter(|same| same.len() > 2) {
+        let (a, b) = (same[0].0, same[0].1);
+        at_edge[a as usize] = true;
+        at_edge[b as usize] = true;
+        found.push(defect(sampling, DefectKind::NonManifoldEdge, vec![a, b]));
+    }
+    let conforming = sampling.kinds.iter().any(|&k| k != SeedKind::Interior);
+    let mut buffers = sampling.complex.fan_buffers();
+    for (v, &kind) in sampling.kinds.iter().enumerate() {
+        let fans = sampling.complex.fans(inside, v as u32, &mut buffers);
+        let kind = if fans.inside == 0 {
+            DefectKind::UnusedSeed
+        } else if !fans.is_manifold() && !at_edge[v] {
+            DefectKind::NonManifoldVertex
+        } else if !conforming || fans.on_boundary() == (kind != SeedKind::Interior) {
+            continue;
+        } else if kind == SeedKind::Interior {
+            DefectKind::ExposedSeed
+        } else {
+            DefectKind::BuriedSeed
+        };
+        found.push(defect(sampling, kind, vec![v as u32]));
+    }
+    found
+}
+
+fn flat_tets(sampling: &Sampling, inside: &[bool]) -> Vec<Defect> {
+    (0..inside.len() as u32)
+        .into_par_iter()
+        .filter(|&t| inside[t as usize] && sampling.is_flat(t))
+        .map(|t| {
+            let mut seeds = sampling.complex.tets[t as usize].to_vec();
+            seeds.sort_unstable();
+            let [a, b, c, d] = sampling.complex.corners(t);
+            Defect { place: tetrahedron::centroid(a, b, c, d), ..defect(sampling, DefectKind::FlatTet, seeds) }
+        })
+        .collect()
+}
+
+/// Components and handles that are not the surface's.
+fn topology_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary, crossings: &[Crossing]) -> Vec<Defect> {
+    let topology = Topology::of(sampling, inside, boundary);
+    let mut found = Vec::new();
+    if topology.mismatch() == 0 {
+        return found;
+    }
+    let surface = sampling.surface;
+    for (shell, &euler) in topology.shells.iter().enumerate() {
+        let shell = shell as u32;
+        let mut report = |kind, seeds, place| {
+            found.push(Defect { kind, place, seeds, crossing: None, shell: Some(shell) });
+        };
+        let components: Vec<_> = topology.of_shell(shell).collect();
+        if components.is_empty() {
+            let triangle = surface.shell().iter().position(|&s| s == shell).expect("a shell has triangles");
+            let [a, b, c] = surface.corners(triangle as u32);
+            report(DefectKind::MissingShell, Vec::new(), (a + b + c) / 3.0);
+        }
+        for component in &components {
+            let point = sampling.complex.points[component.vertex as usize];
+            if components.len() > 1 {
+                report(DefectKind::ExtraComponent, vec![component.vertex], point);
+            }
+            if let Some((_, place)) = component.other {
+                report(DefectKind::BridgedShells, vec![component.vertex], place);
+            }
+        }
+        if components.len() == 1 && components[0].euler != euler {
+            // Voronoi edges that cross the shell more than once are where its handles hide.
+            let facets = multiple_crossings(sampling, crossings, shell);
+            for facet in &facets {
+                let seeds = facet.to_vec();
+                let place = defect(sampling, DefectKind::WrongGenus, seeds.clone()).place;
+                report(DefectKind::WrongGenus, seeds, place);
+            }
+            if facets.is_empty() {
+                let (place, seeds) = worst_triangle(sampling, boundary, components[0].vertex);
+                report(DefectKind::WrongGenus, seeds, place);
+            }
+        }
+    }
+    if found.is_empty() {
+        // Every shell is there, once, with its handles: the solids behind them have grown together or fallen apart.
+        let vertex = topology.components.first().map_or(0, |c| c.vertex);
+        found.push(defect(sampling, DefectKind::BridgedShells, vec![vertex]));
+    }
+    found
+}
+
+/// Facets whose dual Voronoi edges cross `shell` more than once, ascending.
+fn multiple_crossings(sampling: &Sampling, crossings: &[Crossing], shell: u32) -> Vec<[u32; 3]> {
+    let shells = sampling.surface.shell();
+    let seeds = sampling.kinds.len();
+    let mut facets: Vec<[u32; 3]> = crossings
+        .iter()
+        .filter(|c| shells[c.triangle as usize] == shell && c.facet.iter().all(|&v| (v as usize) < seeds))
+        .map(|c| c.facet)
+        .collect();
+    facets.sort_unstable();
+    facets.chunk_by(|a, b| a == b).filter(|same| same.len() > 1).map(|same| same[0]).collect()
+}
+
+/// The triangle farthest from the surface in the component of the boundary that `vertex` is on.
+fn worst_triangle(sampling: &Sampling, boundary: &Boundary, vertex: u32) -> (DVec3, Vec<u32>) {
+    let at = boundary.triangles.iter().position(|t| t.contains(&vertex)).expect("a component has triangles");
+    let component = boundary.component[at];
+    let (_, index) = (0..boundary.triangles.len())
+        .into_par_iter()
+        .filter(|&f| boundary.component[f] == component)
+        .map(|f| {
+            let center =
+                boundary.triangles[f].iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0;
+            (sampling.surface.tree().closest(center).distance2, f)
+        })
+        .reduce(|| (-1.0, usize::MAX), |a, b| if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a });
+    let mut seeds = boundary.triangles[index].to_vec();
+    seeds.sort_unstable();
+    let place = seeds.iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0;
+    (place, seeds)
+}
+
+/// Gives each defect the crossing at its seeds that is farthest from them.
+fn attach_crossings(sampling: &Sampling, defects: &mut [Defect], crossings: &[Crossing]) {
+    if defects.is_empty() {
+        return;
+    }
+    // Per seed the farthest crossing; ties go to the first.
+    let mut farthest: Vec<Option<(f64, u32)>> = vec![None; sampling.kinds.len()];
+    for (i, crossing) in crossings.iter().enumerate() {
+        let radius2 = sampling.complex.points[crossing.facet[0] as usize].distance_squared(crossing.point);
+        for &v in &crossing.facet {
+            if let Some(slot) = farthest.get_mut(v as usize)
+                && slot.is_none_or(|(r, _)| radius2 > r)
+            {
+                *slot = Some((radius2, i as u32));
+            }
+        }
+    }
+    for defect in defects {
+        let best =
+            defect.seeds.iter().filter_map(|&v| farthest[v as usize]).reduce(|a, b| if b.0 > a.0 { b } else { a });
+        defect.crossing = best.map(|(_, i)| crossings[i as usize]);
+    }
+}

@@ -1,0 +1,146 @@
+//! Small repairs of labels, without further seeds.
+//!
+//! A boundary is a manifold where, at every vertex, the tets inside are connected through facets and so are those
+//! outside ([`super::complex::Fans`]). What is wrong at a vertex is a number, the penalty, that only its star decides;
+//! a toggled tet changes four penalties. Toggling a tet of a manifold so that no penalty rises keeps the topology: the
+//! tet then meets the boundary in a disk. The steps:
+//!
+//! 1. Peel thin tets off the boundary that are mere folds of it: 2-2 flips of the boundary, and caps over a seed.
+//! 2. Around vertices with a penalty, label by [`Sampling::depth`] wherever a cluster of such changes gains.
+//! 3. Descend: at each vertex with a penalty take, of all toggles of a tet, of a pair, of a piece of the star or of an
+//!    edge's ring, or of a way from an unused seed to the nearest tet inside, the one that obeys the depths best among
+//!    those that lower the sum of penalties.
+//! 4. Where the boundary is a manifold of the wrong topology, try clusters of tets whose labels contradict their depths
+//!    and regions that stand for no shell; keep what lowers the penalties or else the mismatch.
+//!
+//! Every accepted step lowers an integer, so it ends; all orders are by index, so that it is deterministic. No tet is
+//! toggled against its depth by more than a fraction of the spacing.
+
+use super::Sampling;
+use super::boundary::{Boundary, OUTSIDE, regions};
+use super::complex::Complex;
+use super::repair::{Judge, Repair};
+use super::topology::Topology;
+use crate::geometry::tetrahedron::{self, FACETS};
+use crate::geometry::triangle::normal2;
+
+/// A label may go against a tet's depth by this share of the spacing.
+const REACH: f64 = 0.25;
+/// A tet whose smallest dihedral angle is below this, in degrees, is thin.
+const THIN: f64 = 5.0;
+/// Facets whose normals differ by less than the angle of this cosine lie on one sheet.
+const SHEET: f64 = 0.94;
+/// Changes tried for the sake of topology.
+const TRIALS: usize = 64;
+/// Rounds over all vertices.
+const ROUNDS: usize = 12;
+/// A region of more tets than this is no mistake of labelling.
+const SMALL_REGION: usize = 1000;
+
+/// Repairs the labels `inside`.
+pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
+    let complex = &sampling.complex;
+    let depth = |t: u32| sampling.depth(t);
+    let flat = |t: u32| sampling.is_flat(t);
+    let judge = Judge { depth: &depth, flat: &flat, reach: REACH * sampling.spacing };
+    let mut repair = Repair::new(complex, sampling.kinds, judge, inside);
+    settle(complex, &mut repair);
+    mend_topology(sampling, &mut repair);
+    repair.into_labels()
+}
+
+/// Steps 1 to 3.
+pub fn settle(complex: &Complex, repair: &mut Repair) {
+    let fold = |t: u32, inside: &[bool]| is_fold(complex, inside, t);
+    repair.peel(&fold);
+    if repair.total() > 0 {
+        repair.relabel(ROUNDS);
+        repair.descend(ROUNDS);
+        repair.peel(&fold);
+        repair.descend(ROUNDS);
+    }
+}
+
+/// Whether tet `t` is thin and its facets on the boundary lie on one sheet with those within, so that taking it off
+/// hardly moves the boundary.
+fn is_fold(complex: &Complex, inside: &[bool], t: u32) -> bool {
+    let p = complex.corners(t);
+    if tetrahedron::min_dihedral(p[0], p[1], p[2], p[3]) >= THIN {
+        return false;
+    }
+    let normals = FACETS.map(|[i, j, k]| normal2(p[i], p[j], p[k]).normalize_or_zero());
+    let around = complex.around(t);
+    let outward = |i: usize| !inside[around[i] as usize];
+    (0..4).filter(|&i| outward(i)).all(|i| (0..4).filter(|&j| !outward(j)).all(|j| normals[i].dot(-normals[j]) > SHEET))
+}
+
+/// What has to fall: first what is wrong at vertices, then the mismatch with the surface's topology.
+fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64) {
+    let boundary = Boundary::of(&sampling.complex, repair.inside());
+    (repair.total(), Topology::of(sampling, repair.inside(), &boundary).mismatch())
+}
+
+/// Step 4.
+fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
+    let mut best = score(sampling, repair);
+    let mut trials = 0;
+    while best.1 > 0 {
+        let mut improved = false;
+        for change in candidates(sampling, repair) {
+            if trials == TRIALS {
+                return;
+            }
+            trials += 1;
+            let labels = repair.inside().to_vec();
+            repair.toggle(&change);
+            settle(&sampling.complex, repair);
+            let new = score(sampling, repair);
+            if new < best {
+                best = new;
+                improved = true;
+                break;
+            }
+            repair.restore(&labels);
+        }
+        if !improved {
+            return;
+        }
+    }
+}
+
+/// Sets of tets whose labels may be what makes the topology wrong, the most promising first.
+fn candidates(sampling: &Sampling, repair: &mut Repair) -> Vec<Vec<u32>> {
+    let complex = &sampling.complex;
+    let boundary = Boundary::of(complex, repair.inside());
+    let mut vertices: Vec<u32> = boundary.triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let contradictions = repair.contradictions(&vertices);
+    let mut clusters = repair.clusters(&contradictions);
+    clusters.sort_by_key(|c| std::cmp::Reverse(c.len()));
+    let mut all = small_regions(complex, repair.inside());
+    if clusters.len() > 1 {
+        all.push(contradictions);
+    }
+    all.extend(clusters);
+    all
+}
+
+/// Small regions of tets inside, and small cavities, that are surrounded by the other label.
+fn small_regions(complex: &Complex, inside: &[bool]) -> Vec<Vec<u32>> {
+    let outside: Vec<bool> = inside.iter().map(|x| !x).collect();
+    let mut all = Vec::new();
+    for labels in [inside, &outside] {
+        let (region, count) = regions(complex, labels);
+        let mut members = vec![Vec::new(); count];
+        for (t, &r) in region.iter().enumerate().filter(|&(_, &r)| r != OUTSIDE) {
+            if members[r as usize].len() <= SMALL_REGION {
+                members[r as usize].push(t as u32);
+            }
+        }
+        if count > 1 {
+            all.extend(members.into_iter().filter(|m| m.len() <= SMALL_REGION && m.iter().all(|&t| complex.usable(t))));
+        }
+    }
+    all
+}

@@ -1,0 +1,107 @@
+//! Takes the mesh out of the triangulation.
+//!
+//! 1. [`label`]: the restricted Delaunay tets are those whose circumcentres lie in the solid; the facets between them
+//!    and the rest, the restricted Delaunay surface, are those whose dual Voronoi edges cross the surface an odd number
+//!    of times. Edelsbrunner, Shah, *Triangulating topological spaces*, International Journal of Computational Geometry
+//!    and Applications 7(4), 1997, doi 10.1142/S0218195997000223: where Voronoi cells, facets and edges each meet the
+//!    surface in a ball, that surface is the input's up to a homeomorphism.
+//! 2. [`mend`]: where the sampling is nearly good enough, or a wall is thinner than the spacing, toggles labels near the
+//!    surface until the boundary is a manifold with the input's topology and every seed is in use.
+//! 3. [`defects`], [`proposals`]: what is left, and where further seeds on the surface would mend it, after Boissonnat,
+//!    Oudot, *Provably good sampling and meshing of surfaces*, Graphical Models 67(5), 2005,
+//!    doi 10.1016/j.gmod.2005.01.004: at the crossing of a Voronoi edge with the surface farthest from its seeds.
+//! 4. [`mesh`]: vertices, oriented tets, regions, boundary triangles.
+//!
+//! Cost: linear in the triangulation but for a sort of the boundary's edges; mending adds a term for each defect.
+
+use glam::DVec3;
+
+use crate::clipped_voronoi::ClippedVoronoi;
+use crate::delaunay::Delaunay;
+use crate::geometry::tetrahedron;
+use crate::seeds::SeedKind;
+use crate::surface::Surface;
+
+pub mod boundary;
+
+pub mod complex;
+
+pub mod defects;
+
+mod disjoint_sets;
+
+pub mod mend;
+
+mod mesh;
+
+pub mod proposals;
+
+pub mod repair;
+
+pub mod topology;
+
+pub use defects::{Defect, DefectKind, defects};
+pub use mend::mend;
+pub use mesh::mesh;
+pub use proposals::{Proposal, proposals};
+
+use complex::Complex;
+
+/// The triangulation of the seeds, and the surface that they sample.
+pub struct Sampling<'a> {
+    /// The triangulation with the stars of its vertices.
+    pub complex: Complex<'a>,
+    /// For each seed what it is bound to; further vertices of the triangulation are auxiliary.
+    pub kinds: &'a [SeedKind],
+    /// The surface.
+    pub surface: &'a Surface,
+    /// The edge length that the seeds aim at, in the frame.
+    pub spacing: f64,
+}
+
+impl<'a> Sampling<'a> {
+    /// The first `kinds.len()` vertices of `delaunay` are the seeds.
+    pub fn new(delaunay: &'a Delaunay, kinds: &'a [SeedKind], surface: &'a Surface, spacing: f64) -> Sampling<'a> {
+        let complex = Complex::new(delaunay.points(), delaunay.vertices(), delaunay.neighbors(), kinds.len());
+        Sampling { complex, kinds, surface, spacing }
+    }
+
+    /// How deep within the solid a finite tet lies: the mean of the signed distances to the surface, negative outside,
+    /// of its centroid and of the points midway between it and the corners.
+    ///
+    /// Unlike the circumcentre these points are in the tet: the sign tells inside from outside even where the sampling
+    /// is coarser than the wall is thick.
+    pub fn depth(&self, t: u32) -> f64 {
+        let corners = self.complex.corners(t);
+        let [a, b, c, d] = corners;
+        let centroid = tetrahedron::centroid(a, b, c, d);
+        let tree = self.surface.tree();
+        let signed = |p: DVec3| {
+            let distance = tree.closest(p).distance2.sqrt();
+            if tree.is_inside(p) { distance } else { -distance }
+        };
+        (signed(centroid) + corners.iter().map(|&q| signed((centroid + q) * 0.5)).sum::<f64>()) / 5.0
+    }
+
+    /// Whether tet `t` is too flat to keep: its volume vanishes against its size, or is not positive as the mesh file
+    /// will have it, in model coordinates.
+    pub fn is_flat(&self, t: u32) -> bool {
+        const LEAST: f64 = 1e-9;
+        let corners = self.complex.corners(t);
+        let [a, b, c, d] = corners;
+        let longest2 =
+            tetrahedron::EDGES.iter().map(|&[i, j]| corners[i].distance_squared(corners[j])).fold(0.0, f64::max);
+        tetrahedron::volume6(a, b, c, d) <= LEAST * longest2 * longest2.sqrt() || self.model_volume6(t) <= 0.0
+    }
+
+    /// Six times the volume of tet `t` in the model's coordinates and arithmetic.
+    pub fn model_volume6(&self, t: u32) -> f64 {
+        let [a, b, c, d] = self.complex.corners(t).map(|p| self.surface.frame().to_model(p));
+        tetrahedron::volume6(a, b, c, d)
+    }
+}
+
+/// Labels the restricted Delaunay tets: those with their circumcentres inside and all vertices seeds.
+pub fn label(sampling: &Sampling, clipped: &ClippedVoronoi) -> Vec<bool> {
+    clipped.inside.iter().enumerate().map(|(t, &inside)| inside && sampling.complex.usable(t as u32)).collect()
+}

@@ -1,0 +1,120 @@
+//! Where further seeds on the surface would mend what labels cannot.
+
+use glam::DVec3;
+
+use super::Sampling;
+use super::defects::{Defect, DefectKind};
+
+/// A seed to insert on the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proposal {
+    /// Where, on the surface, in the frame.
+    pub place: DVec3,
+    /// The triangle that it lies on.
+    pub triangle: u32,
+    /// How far apart seeds should be there: the distance to the nearest one now, at most the spacing.
+    pub size: f64,
+    /// The seed of the interior that had better move here than a new one be made.
+    pub replaces: Option<u32>,
+}
+
+/// Proposals closer than this share of the spacing to a seed would only crowd it.
+const CROWDED: f64 = 0.02;
+/// Proposals keep this share of the larger of their sizes between each other.
+const APART: f64 = 0.7;
+/// At most so many: the triangulation is to be made anew after them anyway.
+const MOST: usize = 1000;
+/// Seeds proposed for a shell that has none.
+const PER_SHELL: usize = 6;
+
+/// Proposes seeds for `defects`, the farthest from present seeds first, apart from those and from each other.
+pub fn proposals(sampling: &Sampling, defects: &[Defect]) -> Vec<Proposal> {
+    let mut all: Vec<Proposal> = Vec::new();
+    for defect in defects {
+        match defect.kind {
+            DefectKind::MissingShell => all.extend(for_shell(sampling, defect)),
+            // A seed more on the surface does nothing for a flat tet within.
+            DefectKind::FlatTet if !on_surface(sampling, defect) => {}
+            _ => all.extend(for_seeds(sampling, defect)),
+        }
+    }
+    all.sort_by(|a, b| b.size.total_cmp(&a.size));
+    let mut kept: Vec<Proposal> = Vec::new();
+    for proposal in all {
+        let free = |k: &Proposal| k.place.distance(proposal.place) >= APART * k.size.max(proposal.size);
+        if kept.len() < MOST && kept.iter().all(free) {
+            kept.push(proposal);
+        }
+    }
+    kept
+}
+
+fn on_surface(sampling: &Sampling, defect: &Defect) -> bool {
+    defect.seeds.iter().any(|&v| sampling.kinds[v as usize] != crate::seeds::SeedKind::Interior)
+}
+
+/// A proposal at `place` on `triangle`; none where a seed is there already.
+fn at(sampling: &Sampling, place: DVec3, triangle: u32, near: u32) -> Option<Proposal> {
+    let nearest = sampling.complex.nearest(place, near);
+    let size = sampling.complex.points[nearest as usize].distance(place).min(sampling.spacing);
+    (size > CROWDED * sampling.spacing).then_some(Proposal { place, triangle, size, replaces: None })
+}
+
+fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
+    let near = *defect.seeds.first()?;
+    if defect.kind == DefectKind::ExposedSeed {
+        // The seed itself goes to the surface: its own distance to the place does not count.
+        let closest = sampling.surface.tree().closest(sampling.complex.points[near as usize]);
+        let others = sampling.complex.star(near).iter().flat_map(|&t| sampling.complex.tets[t as usize]);
+        let size = others
+            .filter(|&w| w != near && (w as usize) < sampling.kinds.len())
+            .map(|w| sampling.complex.points[w as usize].distance(closest.point))
+            .fold(sampling.spacing, f64::min);
+        return (size > CROWDED * sampling.spacing).then_some(Proposal {
+            place: closest.point,
+            triangle: closest.triangle,
+            size,
+            replaces: Some(near),
+        });
+    }
+    defect.crossing.and_then(|c| at(sampling, c.point, c.triangle, near)).or_else(|| {
+        let closest = sampling.surface.tree().closest(defect.place);
+        at(sampling, closest.point, closest.triangle, near)
+    })
+}
+
+/// Seeds spread over a shell, each as far as can be from those before it.
+fn for_shell(sampling: &Sampling, defect: &Defect) -> Vec<Proposal> {
+    let surface = sampling.surface;
+    let sites: Vec<(DVec3, u32)> = (0..surface.triangles().len() as u32)
+        .filter(|&t| Some(surface.shell()[t as usize]) == defect.shell)
+        .map(|t| {
+            let [a, b, c] = surface.corners(t);
+            ((a + b + c) / 3.0, t)
+        })
+        .collect();
+    let mut nearest = 0;
+    let mut distance: Vec<f64> = sites
+        .iter()
+        .map(|&(p, _)| {
+            nearest = sampling.complex.nearest(p, nearest);
+            sampling.complex.points[nearest as usize].distance(p)
+        })
+        .collect();
+    let mut chosen: Vec<Proposal> = Vec::new();
+    for _ in 0..PER_SHELL {
+        let Some((i, &size)) = distance.iter().enumerate().reduce(|a, b| if b.1 > a.1 { b } else { a }) else { break };
+        if size <= 0.0 {
+            break;
+        }
+        let (place, triangle) = sites[i];
+        chosen.push(Proposal { place, triangle, size: size.min(sampling.spacing), replaces: None });
+        for (d, &(p, _)) in distance.iter_mut().zip(&sites) {
+            *d = d.min(p.distance(place));
+        }
+    }
+    // All are needed: none may be dropped for being close to another.
+    let size = chosen.last().map_or(0.0, |p| p.size);
+    chosen.iter_mut().for_each(|p| p.size = size);
+    chosen
+}

@@ -1,0 +1,377 @@
+//! Labels under repair: what is wrong at each vertex, as a number that every accepted step lowers.
+
+use rayon::prelude::*;
+
+use super::complex::{Complex, FanBuffers};
+use crate::seeds::SeedKind;
+
+/// What geometry has to say about a tet.
+pub struct Judge<'a> {
+    /// How deep within the solid it lies; negative outside.
+    pub depth: &'a (dyn Fn(u32) -> f64 + Sync),
+    /// Whether it is too flat to keep.
+    pub flat: &'a (dyn Fn(u32) -> bool + Sync),
+    /// A label may be set against the sign of a tet's depth where that is no more than this.
+    pub reach: f64,
+}
+
+/// Penalty of each further piece of a vertex's star.
+const PIECE: u32 = 4;
+/// Penalty of a seed in no tet.
+const UNUSED: u32 = 3;
+/// Penalty of a seed on the surface that is off the boundary, or the other way round.
+const MISPLACED: u32 = 1;
+
+/// Tets that a search for the nearest tet inside may visit.
+const SEARCH: usize = 64;
+
+/// Labels, and what is wrong with them.
+pub struct Repair<'a> {
+    complex: &'a Complex<'a>,
+    kinds: &'a [SeedKind],
+    judge: Judge<'a>,
+    inside: Vec<bool>,
+    // For each seed what is wrong at it, and the sum.
+    penalty: Vec<u32>,
+    total: u64,
+    // Depths asked for so far, otherwise NaN.
+    depths: Vec<f64>,
+    // Whether there are seeds on the surface at all.
+    conforming: bool,
+    buffers: FanBuffers,
+    touched: Vec<u32>,
+}
+
+impl<'a> Repair<'a> {
+    /// Looks at all vertices under the labels `inside`.
+    pub fn new(complex: &'a Complex<'a>, kinds: &'a [SeedKind], judge: Judge<'a>, inside: Vec<bool>) -> Repair<'a> {
+        let conforming = kinds.iter().any(|&k| k != SeedKind::Interior);
+        let depths = vec![f64::NAN; inside.len()];
+        let buffers = complex.fan_buffers();
+        let mut repair = Repair {
+            complex,
+            kinds,
+            judge,
+            inside,
+            penalty: vec![0; complex.seeds],
+            total: 0,
+            depths,
+            conforming,
+            buffers,
+            touched: Vec::new(),
+        };
+        for v in 0..complex.seeds as u32 {
+            let penalty = repair.penalty_of(v);
+            repair.penalty[v as usize] = penalty;
+            repair.total += u64::from(penalty);
+        }
+        repair
+    }
+
+    /// The labels.
+    pub fn inside(&self) -> &[bool] {
+        &self.inside
+    }
+
+    /// The labels, taken out.
+    pub fn into_labels(self) -> Vec<bool> {
+        self.inside
+    }
+
+    /// The sum of all penalties; 0 = nothing is wrong at any vertex.
+    pub fn total(&self) -> u64 {
+        self.total
+    }
+
+    /// The vertices at which something is wrong, ascending.
+    pub fn wrong(&self) -> Vec<u32> {
+        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] > 0).collect()
+    }
+
+    fn penalty_of(&mut self, v: u32) -> u32 {
+        let fans = self.complex.fans(&self.inside, v, &mut self.buffers);
+        let pieces = fans.inside.saturating_sub(1) + fans.outside.saturating_sub(1);
+        let misplaced = self.conforming && fans.on_boundary() == (self.kinds[v as usize] == SeedKind::Interior);
+        match fans.inside {
+            0 => UNUSED,
+            _ => PIECE * pieces + if misplaced { MISPLACED } else { 0 },
+        }
+    }
+
+    /// How deep tet `t` lies.
+    fn depth(&mut self, t: u32) -> f64 {
+        if self.depths[t as usize].is_nan() {
+            self.depths[t as usize] = (self.judge.depth)(t);
+        }
+        self.depths[t as usize]
+    }
+
+    /// Asks for the depths of `tets`, in parallel.
+    fn prefetch(&mut self, tets: &[u32]) {
+        let missing: Vec<u32> = tets.iter().copied().filter(|&t| self.depths[t as usize].is_nan()).collect();
+        let depths: Vec<f64> = missing.par_iter().map(|&t| (self.judge.depth)(t)).collect();
+        for (t, depth) in missing.into_iter().zip(depths) {
+            self.depths[t as usize] = depth;
+        }
+    }
+
+    /// How much toggling `tets` goes against geometry, negative where it obeys it; none where that is out of the
+    /// question.
+    fn cost(&mut self, tets: &[u32]) -> Option<f64> {
+        let mut sum = 0.0;
+        for &t in tets {
+            if !self.complex.usable(t) || (!self.inside[t as usize] && (self.judge.flat)(t)) {
+                return None;
+            }
+            let against = if self.inside[t as usize] { self.depth(t) } else { -self.depth(t) };
+            if against > self.judge.reach {
+                return None;
+            }
+            sum += against;
+        }
+        Some(sum)
+    }
+
+    fn flip(&mut self, tets: &[u32]) {
+        for &t in tets {
+            self.inside[t as usize] ^= true;
+        }
+    }
+
+    /// The seeds of `tets`, ascending, into `touched`.
+    fn touch(&mut self, tets: &[u32]) {
+        self.touched.clear();
+        let seeds = self.complex.seeds as u32;
+        self.touched.extend(tets.iter().flat_map(|&t| self.complex.tets[t as usize]).filter(|&v| v < seeds));
+        self.touched.sort_unstable();
+        self.touched.dedup();
+    }
+
+    /// What toggling `tets` would add to the total.
+    fn change(&mut self, tets: &[u32]) -> i64 {
+        self.touch(tets);
+        let touched = std::mem::take(&mut self.touched);
+        self.flip(tets);
+        let change = touched.iter().map(|&v| i64::from(self.penalty_of(v)) - i64::from(self.penalty[v as usize])).sum();
+        self.flip(tets);
+        self.touched = touched;
+        change
+    }
+
+    /// Toggles `tets`.
+    pub fn toggle(&mut self, tets: &[u32]) {
+        self.flip(tets);
+        self.touch(tets);
+        let touched = std::mem::take(&mut self.touched);
+        for &v in &touched {
+            let new = self.penalty_of(v);
+            let old = std::mem::replace(&mut self.penalty[v as usize], new);
+            self.total = self.total + u64::from(new) - u64::from(old);
+        }
+        self.touched = touched;
+    }
+
+    /// Usable tets in the stars of `vertices` whose labels contradict their depths, ascending; flat ones count as
+    /// outside.
+    pub fn contradictions(&mut self, vertices: &[u32]) -> Vec<u32> {
+        let complex = self.complex;
+        let mut tets: Vec<u32> = vertices.iter().flat_map(|&v| complex.star(v)).copied().collect();
+        tets.sort_unstable();
+        tets.dedup();
+        tets.retain(|&t| complex.usable(t));
+        self.prefetch(&tets);
+        tets.retain(|&t| (self.depths[t as usize] > 0.0 && !(self.judge.flat)(t)) != self.inside[t as usize]);
+        tets
+    }
+
+    /// Lets geometry decide around vertices where something is wrong, in every cluster that gains by it.
+    ///
+    /// Tets that share no vertex do not affect each other's penalties: each cluster of toggled tets is accepted or
+    /// refused on its own.
+    pub fn relabel(&mut self, rounds: usize) {
+        for _ in 0..rounds {
+            let wrong = self.wrong();
+            let tets = self.contradictions(&wrong);
+            let before = self.total;
+            for cluster in self.clusters(&tets) {
+                if self.change(&cluster) < 0 {
+                    self.toggle(&cluster);
+                }
+            }
+            if self.total == before {
+                return;
+            }
+        }
+    }
+
+    /// Groups `tets`: those that share a vertex share a cluster.
+    pub fn clusters(&self, tets: &[u32]) -> Vec<Vec<u32>> {
+        let mut corners: Vec<(u32, u32)> =
+            tets.iter().enumerate().flat_map(|(i, &t)| self.complex.tets[t as usize].map(|v| (v, i as u32))).collect();
+        corners.sort_unstable();
+        let mut sets = super::disjoint_sets::DisjointSets::new(tets.len());
+        for pair in corners.windows(2).filter(|p| p[0].0 == p[1].0) {
+            sets.join(pair[0].1, pair[1].1);
+        }
+        let (numbers, count) = sets.number();
+        let mut clusters = vec![Vec::new(); count];
+        for (&t, number) in tets.iter().zip(numbers) {
+            clusters[number as usize].push(t);
+        }
+        clusters
+    }
+
+    /// Takes the best step at each vertex where something is wrong, again and again, while any step lowers the total.
+    pub fn descend(&mut self, rounds: usize) {
+        for _ in 0..rounds {
+            let before = self.total;
+            for v in self.wrong() {
+                while self.penalty[v as usize] > 0 && self.step(v) {}
+            }
+            if self.total == before {
+                return;
+            }
+        }
+    }
+
+    /// Takes the step at `v` that obeys geometry best among those that lower the total.
+    fn step(&mut self, v: u32) -> bool {
+        let moves = self.moves(v);
+        if self.best(&moves) {
+            return true;
+        }
+        let pairs = self.pairs(v);
+        self.best(&pairs)
+    }
+
+    fn best(&mut self, moves: &[Vec<u32>]) -> bool {
+        let mut best: Option<(f64, usize)> = None;
+        for (i, tets) in moves.iter().enumerate() {
+            if self.change(tets) >= 0 {
+                continue;
+            }
+            if let Some(cost) = self.cost(tets)
+                && best.is_none_or(|(least, _)| cost < least)
+            {
+                best = Some((cost, i));
+            }
+        }
+        if let Some((_, i)) = best {
+            self.toggle(&moves[i]);
+        }
+        best.is_some()
+    }
+
+    /// Sets of tets at `v` worth toggling: single ones, pieces of the star, pieces of the rings of irregular edges, and
+    /// ways from an unused seed to the nearest tet inside.
+    fn moves(&mut self, v: u32) -> Vec<Vec<u32>> {
+        let complex = self.complex;
+        let star = complex.star(v);
+        let mut moves: Vec<Vec<u32>> = star.iter().map(|&t| vec![t]).collect();
+        let pieces = self.pieces(star, v);
+        if pieces.len() > 2 {
+            moves.extend(pieces);
+        } else if pieces.len() == 1 && !self.inside[star[0] as usize] {
+            moves.extend(star.iter().filter_map(|&t| self.way(t)));
+        }
+        // The tets around each edge vw, by w.
+        let mut spokes: Vec<(u32, u32)> = star
+            .iter()
+            .flat_map(|&t| complex.tets[t as usize].map(|w| (w, t)))
+            .filter(|&(w, _)| w != v && (w as usize) < complex.points.len())
+            .collect();
+        spokes.sort_unstable();
+        for ring in spokes.chunk_by(|a, b| a.0 == b.0) {
+            let ring: Vec<u32> = ring.iter().map(|&(_, t)| t).collect();
+            let pieces = self.pieces(&ring, v);
+            if pieces.len() > 2 {
+                moves.extend(pieces);
+            }
+        }
+        moves.sort_unstable();
+        moves.dedup();
+        moves
+    }
+
+    /// The pieces of equal label of `tets`, all around `v`.
+    fn pieces(&mut self, tets: &[u32], v: u32) -> Vec<Vec<u32>> {
+        let (numbers, count) = self.complex.pieces(tets, v, &self.inside, &mut self.buffers).number();
+        let mut pieces = vec![Vec::new(); count];
+        for (&t, number) in tets.iter().zip(numbers) {
+            pieces[number as usize].push(t);
+        }
+        pieces
+    }
+
+    /// Pairs of tets of equal label that share a facet, one of them at `v`.
+    fn pairs(&self, v: u32) -> Vec<Vec<u32>> {
+        let mut pairs: Vec<Vec<u32>> = Vec::new();
+        for &t in self.complex.star(v) {
+            for n in self.complex.around(t) {
+                if self.inside[t as usize] == self.inside[n as usize] {
+                    pairs.push(vec![t.min(n), t.max(n)]);
+                }
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
+    }
+
+    /// The shortest way through usable tets from tet `start`, outside, to one beside a tet inside.
+    fn way(&self, start: u32) -> Option<Vec<u32>> {
+        if !self.complex.usable(start) {
+            return None;
+        }
+        // Tets reached, each with the position of the one it was reached from.
+        let mut reached = vec![(start, 0usize)];
+        let mut next = 0;
+        while next < reached.len() && reached.len() < SEARCH {
+            let (t, _) = reached[next];
+            let neighbors = self.complex.around(t);
+            if neighbors.iter().any(|&n| self.inside[n as usize]) {
+                let mut way = vec![t];
+                let mut at = next;
+                while at != 0 {
+                    at = reached[at].1;
+                    way.push(reached[at].0);
+                }
+                way.sort_unstable();
+                return (way.len() > 1).then_some(way);
+            }
+            for n in neighbors {
+                if self.complex.usable(n) && !reached.iter().any(|&(r, _)| r == n) {
+                    reached.push((n, next));
+                }
+            }
+            next += 1;
+        }
+        None
+    }
+
+    /// Takes tets off the boundary that `thin` says are nothing but a fold of it, flat ones first of all; never at the
+    /// price of a penalty.
+    pub fn peel(&mut self, thin: &dyn Fn(u32, &[bool]) -> bool) {
+        let mut queue: Vec<u32> = (0..self.inside.len() as u32)
+            .filter(|&t| self.inside[t as usize] && self.complex.exposed(&self.inside, t) > 0)
+            .collect();
+        // Taking a tet off brings others to the boundary; each tet goes at most once.
+        let mut next = 0;
+        while next < queue.len() {
+            let t = queue[next];
+            next += 1;
+            let peelable = self.inside[t as usize] && ((self.judge.flat)(t) || thin(t, &self.inside));
+            if peelable && self.change(&[t]) <= 0 {
+                self.toggle(&[t]);
+                queue.extend(self.complex.around(t).into_iter().filter(|&n| self.inside[n as usize]));
+            }
+        }
+    }
+
+    /// Goes back to `labels`.
+    pub fn restore(&mut self, labels: &[bool]) {
+        let changed: Vec<u32> =
+            (0..labels.len() as u32).filter(|&t| labels[t as usize] != self.inside[t as usize]).collect();
+        self.toggle(&changed);
+    }
+}

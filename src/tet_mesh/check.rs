@@ -1,0 +1,164 @@
+//! The invariants of a mesh, verified from its arrays alone: nothing is shared with the code that made it.
+
+use super::TetMesh;
+use crate::geometry::tetrahedron::{self, FACETS};
+
+/// Verifies every invariant; names the first violation.
+pub(super) fn check(mesh: &TetMesh) -> Result<(), String> {
+    arrays(mesh)?;
+    tets(mesh)?;
+    vertices_used(mesh)?;
+    facets(mesh)?;
+    boundary_facets(mesh)?;
+    boundary_edges(mesh)?;
+    boundary_vertices(mesh)
+}
+
+fn arrays(mesh: &TetMesh) -> Result<(), String> {
+    let vertices = mesh.points.len();
+    for (name, length, expected) in [
+        ("kinds", mesh.kinds.len(), vertices),
+        ("seeds", mesh.seeds.len(), vertices),
+        ("regions", mesh.regions.len(), mesh.tets.len()),
+    ] {
+        if length != expected {
+            return Err(format!("{length} {name} where there should be {expected}"));
+        }
+    }
+    if let Some(v) = mesh.points.iter().position(|p| !p.is_finite()) {
+        return Err(format!("vertex {v} is not finite"));
+    }
+    if mesh.seeds.windows(2).any(|w| w[0] >= w[1]) {
+        return Err("vertices are not in the order of their seeds".into());
+    }
+    let in_range = |&v: &u32| (v as usize) < vertices;
+    if let Some(t) = mesh.tets.iter().position(|t| !t.iter().all(in_range)) {
+        return Err(format!("tet {t} has a vertex that does not exist"));
+    }
+    if let Some(f) = mesh.boundary.iter().position(|f| !f.vertices.iter().all(in_range)) {
+        return Err(format!("boundary triangle {f} has a vertex that does not exist"));
+    }
+    Ok(())
+}
+
+fn tets(mesh: &TetMesh) -> Result<(), String> {
+    for t in 0..mesh.tets.len() {
+        let [a, b, c, d] = mesh.corners(t);
+        let volume6 = tetrahedron::volume6(a, b, c, d);
+        // Not `<= 0.0`, which a NaN would pass.
+        if !(volume6 > 0.0) {
+            return Err(format!("tet {t} {:?} has volume {:e}", mesh.tets[t], volume6 / 6.0));
+        }
+    }
+    Ok(())
+}
+
+fn vertices_used(mesh: &TetMesh) -> Result<(), String> {
+    let mut used = vec![false; mesh.points.len()];
+    mesh.tets.iter().flatten().for_each(|&v| used[v as usize] = true);
+    match used.iter().position(|u| !u) {
+        Some(v) => Err(format!("vertex {v} is in no tet")),
+        None => Ok(()),
+    }
+}
+
+/// No facet has more than two tets, and regions do not change across those that have two.
+fn facets(mesh: &TetMesh) -> Result<(), String> {
+    let mut facets: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * mesh.tets.len());
+    for (t, tet) in mesh.tets.iter().enumerate() {
+        for facet in FACETS {
+            let mut key = facet.map(|k| tet[k]);
+            key.sort_unstable();
+            facets.push((key, t as u32));
+        }
+    }
+    facets.sort_unstable();
+    for same in facets.chunk_by(|a, b| a.0 == b.0) {
+        match *same {
+            [_] => {}
+            [(key, t), (_, u)] if mesh.regions[t as usize] != mesh.regions[u as usize] => {
+                return Err(format!("tets {t} and {u} of different regions share facet {key:?}"));
+            }
+            [_, _] => {}
+            _ => return Err(format!("facet {:?} has {} tets", same[0].0, same.len())),
+        }
+    }
+    Ok(())
+}
+
+/// A triangle turned so that its least vertex is first; its orientation stays.
+fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        least if least == a => [a, b, c],
+        least if least == b => [b, c, a],
+        _ => [c, a, b],
+    }
+}
+
+/// The boundary is the facets that have one tet, as seen from outside, with their regions.
+fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
+    let mut expected: Vec<([u32; 3], u32)> =
+        mesh.single_facets().into_iter().map(|(t, f)| (turned(f), mesh.regions[t as usize])).collect();
+    let mut found: Vec<([u32; 3], u32)> = mesh.boundary.iter().map(|f| (turned(f.vertices), f.region_inside)).collect();
+    expected.sort_unstable();
+    found.sort_unstable();
+    if expected.len() != found.len() {
+        return Err(format!("{} boundary triangles where {} facets have one tet", found.len(), expected.len()));
+    }
+    match expected.iter().zip(&found).find(|(e, f)| e != f) {
+        Some((e, f)) => Err(format!("boundary triangle {f:?} where the facet is {e:?} (vertices, region)")),
+        None => Ok(()),
+    }
+}
+
+/// Every edge of the boundary has two triangles, which run along it in opposite directions.
+fn boundary_edges(mesh: &TetMesh) -> Result<(), String> {
+    let mut edges: Vec<(u32, u32, bool)> = mesh
+        .boundary
+        .iter()
+        .flat_map(|f| {
+            let [a, b, c] = f.vertices;
+            [(a, b), (b, c), (c, a)].map(|(x, y)| (x.min(y), x.max(y), x < y))
+        })
+        .collect();
+    edges.sort_unstable();
+    for same in edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+        if same.len() != 2 || same[0].2 == same[1].2 {
+            return Err(format!("boundary edge ({}, {}) has {} triangles", same[0].0, same[0].1, same.len()));
+        }
+    }
+    Ok(())
+}
+
+/// The triangles around every vertex of the boundary are a single fan.
+fn boundary_vertices(mesh: &TetMesh) -> Result<(), String> {
+    // Around vertex v, triangle (v, x, y) leads from x to y: a single fan is a single cycle.
+    let mut spokes: Vec<(u32, u32, u32)> = mesh
+        .boundary
+        .iter()
+        .flat_map(|f| {
+            let [a, b, c] = f.vertices;
+            [(a, b, c), (b, c, a), (c, a, b)]
+        })
+        .collect();
+    spokes.sort_unstable();
+    for fan in spokes.chunk_by(|x, y| x.0 == y.0) {
+        let start = fan[0].1;
+        let mut at = start;
+        let mut steps = 0;
+        loop {
+            // Edges have two triangles each, so that exactly one leads on from each spoke.
+            let i =
+                fan.binary_search_by_key(&at, |s| s.1).map_err(|_| format!("vertex {} has an open fan", fan[0].0))?;
+            at = fan[i].2;
+            steps += 1;
+            if at == start || steps > fan.len() {
+                break;
+            }
+        }
+        if steps != fan.len() {
+            return Err(format!("boundary vertex {} has more than one fan of triangles", fan[0].0));
+        }
+    }
+    Ok(())
+}
