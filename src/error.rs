@@ -51,6 +51,9 @@ pub enum Error {
         /// Where, in model coordinates.
         place: [f64; 3],
     },
+    /// An invariant that `--check` found broken, or a mesh that is not valid: a bug.
+    #[error("{0}: this is a bug in tetcvt")]
+    Broken(String),
     /// Stopped by the user before there was anything to keep.
     #[error("interrupted with nothing to keep")]
     Interrupted,
@@ -64,7 +67,7 @@ impl Error {
             Error::Parameter { .. } => 2,
             Error::Read { .. } => 3,
             Error::Write { .. } => 4,
-            Error::TooFewSeeds { .. } => 5,
+            Error::TooFewSeeds { .. } | Error::Broken(_) => 5,
             Error::Interrupted => 130,
         }
     }

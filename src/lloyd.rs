@@ -1,1 +1,264 @@
-//! Moves seeds to a centroidal Voronoi tessellation.
+//! Moves seeds to a centroidal Voronoi tessellation of the solid.
+//!
+//! Lloyd's iteration (Du, Faber, Gunzburger, *Centroidal Voronoi Tessellations: Applications and Algorithms*, SIAM Review
+//! 41(4), 1999, doi 10.1137/S0036144599352836), for each kind of seed within its own part of the solid:
+//!
+//! 1. Clip the Voronoi cells by the surface.
+//! 2. An interior seed's target is the centroid of its cell; a surface seed's that of its piece of the surface, brought
+//!    back onto the surface; a curve seed's the middle of its piece of the crease; corners stay.
+//! 3. Move, and triangulate again.
+//!
+//! Departure: an interior seed whose cell reaches the surface fills a gap between surface seeds, and becomes one.
+//! With [`Boundary::Free`](crate::params::Boundary) every seed is an interior one, and the CVT energy never rises.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::clipped_voronoi::{Cell, ClippedVoronoi, Clipper};
+use crate::delaunay::{Delaunay, DelaunayError};
+use crate::error::Error;
+use crate::geometry::frame::snap;
+use crate::params::{Boundary, Params};
+use crate::progress::{Flow, Observer, Step};
+use crate::seeds::{Anchor, Seeds};
+use crate::surface::Surface;
+use crate::surface::features::Features;
+use crate::tet_mesh::StageTimes;
+
+/// An interior seed that owns more than this share of a surface seed's mean area becomes a surface seed.
+const ADOPTED_AREA: f64 = 0.1;
+
+/// Seeds on their way to a centroidal Voronoi tessellation.
+pub struct Relaxation<'a> {
+    surface: &'a Surface,
+    features: &'a Features,
+    params: &'a Params,
+    seeds: Seeds,
+    delaunay: Delaunay,
+    clipper: Clipper<'a>,
+    clipped: ClippedVoronoi,
+    steps: Vec<Step>,
+    times: StageTimes,
+}
+
+/// Why an iteration was the last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// As many as were asked for.
+    Iterations,
+    /// The energy fell by less than the tolerance.
+    Tolerance,
+    /// The caller said so.
+    Caller,
+}
+
+impl<'a> Relaxation<'a> {
+    /// Triangulates the first seeds and clips their cells.
+    pub fn new(
+        surface: &'a Surface,
+        features: &'a Features,
+        params: &'a Params,
+        seeds: Seeds,
+    ) -> Result<Relaxation<'a>, Error> {
+        let mut times = StageTimes::default();
+        let started = Instant::now();
+        let delaunay = Delaunay::build(&seeds.positions)?;
+        times.build = started.elapsed().as_secs_f64();
+        let mut clipper = if seeds.relative_size.iter().all(|&s| s == 1.0) {
+            Clipper::new(surface)
+        } else {
+            // Centroids of density 1/s^4 space seeds on a surface like s (Du, Wang 2003).
+            Clipper::with_density(surface, seeds.relative_size.iter().map(|s| s.powi(-4)).collect())
+        };
+        let started = Instant::now();
+        let clipped = clipper.clip(&delaunay);
+        times.centroids = started.elapsed().as_secs_f64();
+        Ok(Relaxation { surface, features, params, seeds, delaunay, clipper, clipped, steps: Vec::new(), times })
+    }
+
+    /// At most so many iterations, until the energy settles or the caller stops.
+    pub fn run(&mut self, iterations: usize, observer: &mut dyn Observer) -> Result<Stopped, Error> {
+        for _ in 0..iterations {
+            let before = self.clipped.energy();
+            let targets = self.targets();
+            if self.move_to(targets, observer)? == Flow::Stop {
+                return Ok(Stopped::Caller);
+            }
+            let fall = before - self.clipped.energy();
+            // While surface seeds settle the energy may rise; that is no rest.
+            if fall.abs() < self.params.tolerance * before {
+                return Ok(Stopped::Tolerance);
+            }
+        }
+        Ok(Stopped::Iterations)
+    }
+
+    /// Moves every seed to its new place, follows with the triangulation and the cells, and tells the observer.
+    pub fn move_to(&mut self, targets: Vec<(DVec3, Anchor)>, observer: &mut dyn Observer) -> Result<Flow, Error> {
+        let energy = self.clipped.energy();
+        let started = Instant::now();
+        let max_move = self.relocate(targets)?;
+        let update_s = started.elapsed().as_secs_f64();
+
+        let started = Instant::now();
+        self.clipped = self.clipper.clip(&self.delaunay);
+        let centroids_s = started.elapsed().as_secs_f64();
+        self.times.update += update_s;
+        self.times.centroids += centroids_s;
+        if self.params.check {
+            self.check()?;
+        }
+
+        let frame = self.surface.frame();
+        let step = Step {
+            energy: energy / frame.scale.powi(5),
+            max_move: frame.length_to_model(max_move),
+            update_s,
+            centroids_s,
+            tets: self.delaunay.tets().count(),
+            bicells: 2 * self.delaunay.vertices().len(),
+            rebuilt: true,
+            ..Step::default()
+        };
+        self.steps.push(step);
+        Ok(observer.seeds(Some(&step), &self.seeds.positions, frame))
+    }
+
+    /// Builds the triangulation of the moved seeds; a seed that would fall on another keeps its place.
+    fn relocate(&mut self, mut targets: Vec<(DVec3, Anchor)>) -> Result<f64, Error> {
+        loop {
+            let positions: Vec<DVec3> = targets.iter().map(|t| t.0).collect();
+            match Delaunay::build(&positions) {
+                Ok(delaunay) => {
+                    let moves = positions.iter().zip(&self.seeds.positions).map(|(a, b)| a.distance(*b));
+                    let longest = moves.fold(0.0, f64::max);
+                    self.delaunay = delaunay;
+                    self.seeds.positions = positions;
+                    self.seeds.anchors = targets.into_iter().map(|t| t.1).collect();
+                    return Ok(longest);
+                }
+                Err(DelaunayError::Duplicates { first, second, .. }) => {
+                    for i in [first, second] {
+                        targets[i] = (self.seeds.positions[i], self.seeds.anchors[i]);
+                    }
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// Where each seed goes, and what it is bound to there.
+    fn targets(&self) -> Vec<(DVec3, Anchor)> {
+        let mut targets: Vec<(DVec3, Anchor)> = (0..self.seeds.positions.len())
+            .into_par_iter()
+            .map(|i| {
+                let (at, cell) = (self.seeds.positions[i], &self.clipped.cells[i]);
+                match self.seeds.anchors[i] {
+                    Anchor::Interior => self.interior_target(at, cell),
+                    Anchor::Surface { triangle } => self.surface_target(at, triangle, cell),
+                    fixed => (at, fixed),
+                }
+            })
+            .collect();
+        self.add_curve_targets(&mut targets);
+        targets
+    }
+
+    /// The centroid of the clipped cell; in a gap of the surface, a place on it.
+    fn interior_target(&self, at: DVec3, cell: &Cell) -> (DVec3, Anchor) {
+        if self.params.boundary == Boundary::Conform && cell.area > ADOPTED_AREA * self.surface_seed_area() {
+            return self.onto_surface(at + cell.area_moment / cell.area_mass);
+        }
+        if cell.volume > 0.0 { (snap(at + cell.moment / cell.volume), Anchor::Interior) } else { (at, Anchor::Interior) }
+    }
+
+    /// The centroid of the piece of the surface, brought back onto it.
+    fn surface_target(&self, at: DVec3, triangle: u32, cell: &Cell) -> (DVec3, Anchor) {
+        if cell.area_mass > 0.0 {
+            self.onto_surface(at + cell.area_moment / cell.area_mass)
+        } else {
+            (at, Anchor::Surface { triangle })
+        }
+    }
+
+    /// The closest point of the surface.
+    fn onto_surface(&self, at: DVec3) -> (DVec3, Anchor) {
+        let closest = self.surface.tree().closest(at);
+        (snap(closest.point), Anchor::Surface { triangle: closest.triangle })
+    }
+
+    /// Area of a hexagon at the even spacing.
+    fn surface_seed_area(&self) -> f64 {
+        0.866 * self.seeds.spacing * self.seeds.spacing
+    }
+
+    /// Curve seeds to the middle of their piece of the crease, which ends half-way to the next seeds on it.
+    fn add_curve_targets(&self, targets: &mut [(DVec3, Anchor)]) {
+        let mut on_curve: Vec<Vec<(f64, usize)>> = vec![Vec::new(); self.features.curves.len()];
+        for (i, anchor) in self.seeds.anchors.iter().enumerate() {
+            if let Anchor::Curve { curve, at } = *anchor {
+                on_curve[curve as usize].push((at, i));
+            }
+        }
+        for (c, seeds) in on_curve.iter_mut().enumerate() {
+            let curve = &self.features.curves[c];
+            seeds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+            let (n, length) = (seeds.len(), curve.length());
+            for k in 0..n {
+                let here = seeds[k].0;
+                // An open crease ends at corners; a closed one goes on from its beginning.
+                let before = match k {
+                    0 if curve.is_closed() => seeds[n - 1].0 - length,
+                    0 => 0.0,
+                    _ => seeds[k - 1].0,
+                };
+                let after = match k + 1 {
+                    next if next < n => seeds[next].0,
+                    _ if curve.is_closed() => seeds[0].0 + length,
+                    _ => length,
+                };
+                let middle = (before + 2.0 * here + after) / 4.0;
+                let at = if curve.is_closed() { middle.rem_euclid(length) } else { middle };
+                let point = snap(curve.point_at(at, self.surface.points()));
+                targets[seeds[k].1] = (point, Anchor::Curve { curve: c as u32, at });
+            }
+        }
+    }
+
+    /// Every invariant that must hold between iterations.
+    fn check(&self) -> Result<(), Error> {
+        self.delaunay.check().map_err(Error::Broken)?;
+        let volume: f64 = self.clipped.cells.iter().map(|c| c.volume).sum();
+        let area: f64 = self.clipped.cells.iter().map(|c| c.area).sum();
+        for (what, sum, whole) in
+            [("volumes", volume, self.surface.volume()), ("areas", area, self.surface.area())]
+        {
+            if (sum - whole).abs() > 1e-12 * whole {
+                return Err(Error::Broken(format!("the cells' {what} sum to {sum}, not to {whole}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The seeds as they are now.
+    pub fn seeds(&self) -> &Seeds {
+        &self.seeds
+    }
+
+    /// Their triangulation.
+    pub fn delaunay(&self) -> &Delaunay {
+        &self.delaunay
+    }
+
+    /// Their cells.
+    pub fn clipped(&self) -> &ClippedVoronoi {
+        &self.clipped
+    }
+
+    /// What each iteration did so far, and where the time went.
+    pub fn into_record(self) -> (Vec<Step>, StageTimes) {
+        (self.steps, self.times)
+    }
+}

@@ -82,3 +82,10 @@ fn closest_on_edges([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
     }
     best
 }
+
+/// Circumcentre: the centre of the smallest sphere through (a, b, c). Not finite where the three lie on a line.
+pub fn circumcenter(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
+    let (u, v) = (b - a, c - a);
+    let n = u.cross(v);
+    a + (u.length_squared() * v.cross(n) + v.length_squared() * n.cross(u)) / (2.0 * n.length_squared())
+}

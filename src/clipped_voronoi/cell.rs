@@ -1,0 +1,95 @@
+//! Moments of one cell, and their sums in an order that does not depend on the number of threads.
+
+use glam::DVec3;
+
+/// What a seed owns of the solid and of its surface. Moments are relative to the seed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cell {
+    /// Volume of the cell within the solid.
+    pub volume: f64,
+    /// Integral of x - seed over it.
+    pub moment: DVec3,
+    /// Integral of |x - seed|^2 over it: its share of the CVT energy.
+    pub energy: f64,
+    /// Area of the surface within the cell.
+    pub area: f64,
+    /// Integral of x - seed over that, weighted by the density of the surface.
+    pub area_moment: DVec3,
+    /// Integral of the density of the surface over it.
+    pub area_mass: f64,
+}
+
+impl Cell {
+    /// Adds the signed tet (seed, a, b, c); corners are relative to the seed.
+    ///
+    /// With d = det(a, b, c) / 6: volume d, first moment d (a + b + c) / 4, second moment
+    /// d (|a|^2 + |b|^2 + |c|^2 + |a + b + c|^2) / 20.
+    pub(super) fn add_tet(&mut self, a: DVec3, b: DVec3, c: DVec3) {
+        let d = a.dot(b.cross(c)) / 6.0;
+        let sum = a + b + c;
+        self.volume += d;
+        self.moment += sum * (d / 4.0);
+        self.energy += d / 20.0 * (a.length_squared() + b.length_squared() + c.length_squared() + sum.length_squared());
+    }
+
+    /// Adds a triangle of the surface with a density at each corner, linear between them: of degree 1 in the mass, of
+    /// degree 2 in the moment, both exact.
+    pub(super) fn add_triangle(&mut self, corners: [DVec3; 3], density: [f64; 3]) {
+        let [a, b, c] = corners;
+        let area = (b - a).cross(c - a).length() / 2.0;
+        let mass: f64 = density.iter().sum();
+        self.area += area;
+        self.area_mass += area * mass / 3.0;
+        let weighted = a * density[0] + b * density[1] + c * density[2];
+        self.area_moment += ((a + b + c) * mass + weighted) * (area / 12.0);
+    }
+
+    /// Adds what another part of the work found for the same cell.
+    fn add(&mut self, other: &Cell) {
+        self.volume += other.volume;
+        self.moment += other.moment;
+        self.energy += other.energy;
+        self.area += other.area;
+        self.area_moment += other.area_moment;
+        self.area_mass += other.area_mass;
+    }
+}
+
+/// Sums of the cells that one block of the work touches: blocks are cut without regard to the number of threads and
+/// added up in their order, so that every sum is the same to the last bit on any number of them.
+pub(super) struct Accumulator {
+    place: Vec<u32>,
+    found: Vec<(u32, Cell)>,
+}
+
+impl Accumulator {
+    /// An empty one for so many seeds.
+    pub(super) fn new(seeds: usize) -> Accumulator {
+        Accumulator { place: vec![u32::MAX; seeds], found: Vec::new() }
+    }
+
+    /// The sums of seed `i`.
+    pub(super) fn cell(&mut self, i: u32) -> &mut Cell {
+        let place = &mut self.place[i as usize];
+        if *place == u32::MAX {
+            *place = self.found.len() as u32;
+            self.found.push((i, Cell::default()));
+        }
+        &mut self.found[*place as usize].1
+    }
+
+    /// Hands out the sums and is empty again.
+    pub(super) fn take(&mut self) -> Vec<(u32, Cell)> {
+        for (i, _) in &self.found {
+            self.place[*i as usize] = u32::MAX;
+        }
+        std::mem::take(&mut self.found)
+    }
+}
+
+/// Adds the sums of a block to `cells`.
+pub(super) fn merge(cells: &mut [Cell], block: &[(u32, Cell)]) {
+    for (i, cell) in block {
+        cells[*i as usize].add(cell);
+    }
+}
