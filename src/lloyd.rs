@@ -171,7 +171,11 @@ impl<'a> Relaxation<'a> {
         if self.params.boundary == Boundary::Conform && cell.area > ADOPTED_AREA * self.surface_seed_area() {
             return self.onto_surface(at + cell.area_moment / cell.area_mass);
         }
-        if cell.volume > 0.0 { (snap(at + cell.moment / cell.volume), Anchor::Interior) } else { (at, Anchor::Interior) }
+        if cell.volume > 0.0 {
+            (snap(at + cell.moment / cell.volume), Anchor::Interior)
+        } else {
+            (at, Anchor::Interior)
+        }
     }
 
     /// The centroid of the piece of the surface, brought back onto it.
@@ -232,9 +236,7 @@ impl<'a> Relaxation<'a> {
         self.delaunay.check().map_err(Error::Broken)?;
         let volume: f64 = self.clipped.cells.iter().map(|c| c.volume).sum();
         let area: f64 = self.clipped.cells.iter().map(|c| c.area).sum();
-        for (what, sum, whole) in
-            [("volumes", volume, self.surface.volume()), ("areas", area, self.surface.area())]
-        {
+        for (what, sum, whole) in [("volumes", volume, self.surface.volume()), ("areas", area, self.surface.area())] {
             if (sum - whole).abs() > 1e-12 * whole {
                 return Err(Error::Broken(format!("the cells' {what} sum to {sum}, not to {whole}")));
             }

@@ -26,6 +26,9 @@ use crate::geometry::predicates::Sign;
 /// Half the distance from 1 to the next `f64`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
+/// Differences below this share of their terms leave too few digits for a position, which is then computed exactly.
+const VAGUE: f64 = 1e-5;
+
 /// The bisector of the cell's seed and another, on one triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bisector {
@@ -116,6 +119,32 @@ impl View {
         self.exact_minor(j, k).sign()
     }
 
+    /// Where on the edge from corner 0 to corner 1 bisector `j` meets it: 0 at its beginning, 1 at its end.
+    pub(super) fn place_on_edge(&self, j: &Bisector) -> f64 {
+        let (mut from, mut fall) = (j.d[0], j.d[0] - j.d[1]);
+        if fall.abs() < VAGUE * j.size {
+            let exact = self.exact(j, 0);
+            (from, fall) = (exact.value(), exact.minus(&self.exact(j, 1)).value());
+        }
+        // It is known to be on the edge: what rounding puts beyond an end is brought back.
+        if fall == 0.0 { 0.0 } else { (from / fall).clamp(0.0, 1.0) }
+    }
+
+    /// Barycentric coordinates of the point of the triangle where bisectors `j` and `k` meet.
+    pub(super) fn place_within(&self, j: &Bisector, k: &Bisector) -> [f64; 3] {
+        let mut weights = cross(j.d, k.d);
+        let sum: f64 = weights.iter().sum();
+        if sum.abs() < VAGUE * j.size * k.size {
+            let [dj, dk] = [j, k].map(|b| [0, 1, 2].map(|c| self.exact(b, c)));
+            weights = [(1, 2), (2, 0), (0, 1)].map(|(a, b)| dj[a].times(&dk[b]).minus(&dj[b].times(&dk[a])).value());
+        }
+        // It is known to be in the triangle: what rounding puts outside is brought back.
+        let sum: f64 = weights.iter().sum();
+        let inside = weights.map(|w| (w / sum).max(0.0));
+        let total: f64 = inside.iter().sum();
+        if total.is_finite() { inside.map(|w| w / total) } else { [1.0 / 3.0; 3] }
+    }
+
     /// The sign of the perturbed det(d_ij, d_ik, d_il).
     fn exact_side_within(&self, j: &Bisector, k: &Bisector, l: &Bisector) -> Sign {
         let [dj, dk, dl] = [j, k, l].map(|b| [0, 1, 2].map(|c| self.exact(b, c)));
@@ -152,8 +181,9 @@ impl View {
     fn exact(&self, j: &Bisector, c: usize) -> Expansion {
         let mut d = Expansion::default();
         for axis in 0..3 {
-            d.add_square(self.corners[c][axis] - j.at[axis], false);
-            d.add_square(self.corners[c][axis] - self.seed[axis], true);
+            let (to_j, to_seed) = (self.corners[c][axis] - j.at[axis], self.corners[c][axis] - self.seed[axis]);
+            d.add_product(to_j, to_j);
+            d.add_product(-to_seed, to_seed);
         }
         d
     }
@@ -186,7 +216,6 @@ fn first_of_latest<const N: usize>(mut terms: [(DVec3, Sign); N]) -> Sign {
     found.expect("the last line crosses the others: this is a bug in tetcvt").1
 }
 
-
 fn sign_of(x: f64) -> Sign {
     if x > 0.0 { Sign::Positive } else { Sign::Negative }
 }
@@ -208,7 +237,7 @@ fn times(a: Sign, b: Sign) -> Sign {
 }
 
 /// Cross product of two triples.
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::geometry::triangle::normal2;
+
 /// What a seed owns of the solid and of its surface. Moments are relative to the seed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
@@ -34,9 +36,12 @@ impl Cell {
 
     /// Adds a triangle of the surface with a density at each corner, linear between them: of degree 1 in the mass, of
     /// degree 2 in the moment, both exact.
-    pub(super) fn add_triangle(&mut self, corners: [DVec3; 3], density: [f64; 3]) {
+    ///
+    /// Its area counts along the unit normal `normal` of the surface, so that the pieces of a triangle add up to it
+    /// whatever rounding did to their corners.
+    pub(super) fn add_triangle(&mut self, corners: [DVec3; 3], normal: DVec3, density: [f64; 3]) {
         let [a, b, c] = corners;
-        let area = (b - a).cross(c - a).length() / 2.0;
+        let area = normal2(a, b, c).dot(normal) / 2.0;
         let mass: f64 = density.iter().sum();
         self.area += area;
         self.area_mass += area * mass / 3.0;

@@ -12,12 +12,11 @@ use crate::geometry::predicates::Sign;
 pub(super) struct Expansion(Vec<f64>);
 
 impl Expansion {
-    /// The exact square of `x`, negated if `negative`, is added.
-    pub(super) fn add_square(&mut self, x: f64, negative: bool) {
-        let (high, low) = two_product(x, x);
-        let sign = if negative { -1.0 } else { 1.0 };
-        self.grow(sign * low);
-        self.grow(sign * high);
+    /// Adds the exact product of `a` and `b`.
+    pub(super) fn add_product(&mut self, a: f64, b: f64) {
+        let (high, low) = two_product(a, b);
+        self.grow(low);
+        self.grow(high);
     }
 
     /// The exact sum.
@@ -39,12 +38,22 @@ impl Expansion {
         let mut product = Expansion::default();
         for &a in &self.0 {
             for &b in &other.0 {
-                let (high, low) = two_product(a, b);
-                product.grow(low);
-                product.grow(high);
+                product.add_product(a, b);
             }
         }
         product
+    }
+
+    /// The exact product with one `f64`.
+    pub(super) fn scaled(&self, factor: f64) -> Expansion {
+        let mut product = Expansion::default();
+        self.0.iter().for_each(|&a| product.add_product(a, factor));
+        product
+    }
+
+    /// The whole, rounded.
+    pub(super) fn value(&self) -> f64 {
+        self.0.iter().sum()
     }
 
     /// The sign of the whole.
@@ -123,8 +132,8 @@ mod tests {
         let (a, b) = (0.1234567890123456, 0.9876543210987654e-9);
         let left = of(a).plus(&of(b)).times(&of(a).minus(&of(b)));
         let mut right = Expansion::default();
-        right.add_square(a, false);
-        right.add_square(b, true);
+        right.add_product(a, a);
+        right.add_product(-b, b);
         assert_eq!(left.minus(&right).sign(), Sign::Zero);
         assert_eq!(left.minus(&right).plus(&of(-1e-200)).sign(), Sign::Negative);
     }

@@ -25,6 +25,8 @@ mod bisector;
 
 mod cell;
 
+mod circumcentres;
+
 mod expansion;
 
 mod polygon;
@@ -137,7 +139,7 @@ impl<'a> Clipper<'a> {
         let by_facet = Crossings::new(&crossings, points.len());
         let winding = voronoi_edges::winding(delaunay, &by_facet)
             .expect("a closed surface changes sides an even number of times: this is a bug in tetcvt");
-        let centres = voronoi_edges::circumcentres(delaunay, &winding);
+        let centres = circumcentres::circumcentres(delaunay, &winding);
         voronoi_edges::add_edges(&mut cells, delaunay, &by_facet, &winding, &centres);
 
         let inside = winding.iter().map(|&w| w > 0).collect();

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::bisector::{Bisector, View, closer, cross};
+use super::bisector::{Bisector, View, closer};
 use crate::delaunay::Adjacency;
 use crate::geometry::predicates::Sign;
 
@@ -120,24 +120,15 @@ fn in_order(seeds: [u32; 2], points: &[DVec3]) -> [DVec3; 2] {
 
 /// Where the segment from `u` to `v` meets the bisector of two seeds.
 fn on_edge(u: DVec3, v: DVec3, [i, j]: [DVec3; 2]) -> DVec3 {
-    let [from, to] = [u, v].map(|x| (i - j).dot((x - i) + (x - j)));
-    let t = from / (from - to);
-    // Where both values are rounding noise any point of the segment will do.
-    if t.is_finite() { u + (v - u) * t.clamp(0.0, 1.0) } else { u }
+    let view = View { corners: [u, v, v], seed: i };
+    let t = view.place_on_edge(&view.bisector(0, j));
+    u + (v - u) * t
 }
 
 /// Where the bisectors of three seeds meet on the triangle with these corners.
 fn within(corners: [DVec3; 3], [i, j, k]: [DVec3; 3]) -> DVec3 {
-    let form = |other: DVec3| corners.map(|x| (i - other).dot((x - i) + (x - other)));
-    let weights = cross(form(j), form(k));
-    let sum: f64 = weights.iter().sum();
-    // The point is known to lie in the triangle: what rounding puts outside is brought back.
-    let inside = weights.map(|w| (w / sum).clamp(0.0, 1.0));
-    let total: f64 = inside.iter().sum();
-    if !total.is_finite() || total == 0.0 {
-        return (corners[0] + corners[1] + corners[2]) / 3.0;
-    }
-    let [_, b, c] = inside.map(|w| w / total);
+    let view = View { corners, seed: i };
+    let [_, b, c] = view.place_within(&view.bisector(0, j), &view.bisector(0, k));
     corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
 }
 

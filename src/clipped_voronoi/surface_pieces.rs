@@ -9,6 +9,7 @@ use super::polygon::{Line, Polygon, owner};
 use super::{Crossing, Density};
 use crate::delaunay::Adjacency;
 use crate::geometry::predicates::Sign;
+use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
 
 /// Triangles in a block of the work: fixed, so that sums do not depend on the number of threads.
@@ -92,13 +93,14 @@ impl Block<'_> {
         let ids = self.surface.triangles()[t as usize];
         let [a, b, c] = ids.map(|v| owners[v as usize]);
         let corners = self.surface.corners(t);
+        let normal = normal2(corners[0], corners[1], corners[2]).normalize_or_zero();
         if a == b && b == c {
             // Cells are convex: the whole triangle is in the cell that holds its corners.
             let seed = self.points[a as usize];
             let relative = corners.map(|p| p - seed);
             let cell = self.sums.cell(a);
             cell.add_tet(relative[0], relative[1], relative[2]);
-            cell.add_triangle(relative, self.density.at_corners(ids));
+            cell.add_triangle(relative, normal, self.density.at_corners(ids));
             return;
         }
         self.owners.clear();
@@ -108,7 +110,7 @@ impl Block<'_> {
             next += 1;
             let view = View { corners, seed: self.points[i as usize] };
             self.polygon.clip(&view, self.adjacency.of(i as usize), self.points);
-            self.add_piece(t, i, &view, ids);
+            self.add_piece(t, i, &view, normal);
         }
     }
 
@@ -121,7 +123,8 @@ impl Block<'_> {
     }
 
     /// Adds the clipped polygon: the piece, its cut segments and its crossings; spreads to the seeds across its edges.
-    fn add_piece(&mut self, t: u32, i: u32, view: &View, ids: [u32; 3]) {
+    fn add_piece(&mut self, t: u32, i: u32, view: &View, normal: DVec3) {
+        let ids = self.surface.triangles()[t as usize];
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(view, i, ids, self.points, &mut corners);
         let n = corners.len();
@@ -129,7 +132,7 @@ impl Block<'_> {
         for m in 2..n {
             let fan = [corners[0], corners[m - 1], corners[m]];
             cell.add_tet(fan[0], fan[1], fan[2]);
-            cell.add_triangle(fan, self.density.within(ids, view, fan));
+            cell.add_triangle(fan, normal, self.density.within(ids, view, fan));
         }
         for m in 0..n {
             let Line::Bisector(here) = self.polygon.lines[m] else { continue };

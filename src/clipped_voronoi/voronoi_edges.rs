@@ -6,14 +6,14 @@ use rayon::prelude::*;
 use super::Crossing;
 use super::cell::{Accumulator, Cell, merge};
 use crate::delaunay::{Delaunay, INFINITE};
-use crate::geometry::{tetrahedron, triangle};
+use crate::geometry::triangle;
 
 /// Tets in a block of the work: fixed, so that sums do not depend on the number of threads.
 const BLOCK: usize = 4096;
 
 /// The vertices of facet f of a tet, in the order in which the tet's vertex f is on the side that
 /// (q - p) x (r - p) points to.
-const FACET: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
+pub(super) const FACET: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 
 /// The crossings, found by facet.
 pub(super) struct Crossings<'a> {
@@ -82,29 +82,6 @@ pub(super) fn winding(delaunay: &Delaunay, crossings: &Crossings) -> Option<Vec<
         }
     }
     Some(winding)
-}
-
-/// Circumcentres of the finite tets whose winding is not 0; others are never asked for.
-pub(super) fn circumcentres(delaunay: &Delaunay, winding: &[i8]) -> Vec<DVec3> {
-    let points = delaunay.points();
-    let centre = |(v, &w): (&[u32; 4], &i8)| {
-        if w == 0 {
-            return DVec3::ZERO;
-        }
-        let [a, b, c, d] = v.map(|i| points[i as usize]);
-        let centre = tetrahedron::circumcenter(a, b, c, d);
-        // It is known to be in the solid, within the unit cube. In a tet so flat that rounding leaves nothing of its
-        // determinant, any point of the axis of its largest circle serves: its four Voronoi edges lie on that axis.
-        if centre.is_finite() && (centre - a).length_squared() < 4.0 { centre } else { flat_centre([a, b, c, d]) }
-    };
-    delaunay.vertices().par_iter().zip(winding).map(centre).collect()
-}
-
-/// Circumcentre of the largest facet.
-fn flat_centre(v: [DVec3; 4]) -> DVec3 {
-    let area = |f: &[usize; 3]| triangle::normal2(v[f[0]], v[f[1]], v[f[2]]).length_squared();
-    let largest = FACET.iter().max_by(|a, b| area(a).total_cmp(&area(b))).expect("a tet has four facets");
-    triangle::circumcenter(v[largest[0]], v[largest[1]], v[largest[2]])
 }
 
 /// Adds, for every Voronoi edge, what its part inside the solid adds to the cells around it.
