@@ -28,6 +28,8 @@ pub mod tet_mesh;
 
 pub mod extract;
 
+pub mod refine;
+
 pub mod mesher;
 
 pub mod io;

@@ -16,7 +16,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::clipped_voronoi::{Cell, ClippedVoronoi, Clipper};
+use crate::clipped_voronoi::{Cell, ClippedVoronoi, Clipper, Density};
 use crate::delaunay::{Delaunay, DelaunayError};
 use crate::error::Error;
 use crate::geometry::frame::snap;
@@ -29,6 +29,9 @@ use crate::tet_mesh::StageTimes;
 
 /// An interior seed that owns more than this share of a surface seed's mean area becomes a surface seed.
 const ADOPTED_AREA: f64 = 0.1;
+
+/// No part of the surface is asked to be sampled finer than this share of the spacing.
+const LEAST_SIZE: f64 = 0.05;
 
 /// Seeds on their way to a centroidal Voronoi tessellation.
 pub struct Relaxation<'a> {
@@ -66,12 +69,8 @@ impl<'a> Relaxation<'a> {
         let started = Instant::now();
         let delaunay = Delaunay::build(&seeds.positions)?;
         times.build = started.elapsed().as_secs_f64();
-        let mut clipper = if seeds.relative_size.iter().all(|&s| s == 1.0) {
-            Clipper::new(surface)
-        } else {
-            // Centroids of density 1/s^4 space seeds on a surface like s (Du, Wang 2003).
-            Clipper::with_density(surface, seeds.relative_size.iter().map(|s| s.powi(-4)).collect())
-        };
+        let mut clipper = Clipper::new(surface);
+        clipper.set_density(density(&seeds.relative_size));
         let started = Instant::now();
         let clipped = clipper.clip(&delaunay);
         times.centroids = started.elapsed().as_secs_f64();
@@ -244,6 +243,24 @@ impl<'a> Relaxation<'a> {
         Ok(())
     }
 
+    /// Asks for a finer spacing around some places from now on: so much at each, and half of the distance more around it.
+    pub fn refine_density(&mut self, places: &[(DVec3, f64)]) {
+        let spacing = self.seeds.spacing;
+        for &(place, finest) in places {
+            let reach = DVec3::splat(2.0 * (spacing - finest).max(0.0));
+            let relative = &mut self.seeds.relative_size;
+            self.surface.tree().near_box(place - reach, place + reach, |t| {
+                for v in self.surface.triangles()[t as usize] {
+                    let away = self.surface.points()[v as usize].distance(place);
+                    let size = (finest + 0.5 * away) / spacing;
+                    let wanted = &mut relative[v as usize];
+                    *wanted = if size < *wanted { size.max(LEAST_SIZE) } else { *wanted };
+                }
+            });
+        }
+        self.clipper.set_density(density(&self.seeds.relative_size));
+    }
+
     /// The seeds as they are now.
     pub fn seeds(&self) -> &Seeds {
         &self.seeds
@@ -262,5 +279,16 @@ impl<'a> Relaxation<'a> {
     /// What each iteration did so far, and where the time went.
     pub fn into_record(self) -> (Vec<Step>, StageTimes) {
         (self.steps, self.times)
+    }
+}
+
+/// The density of the surface that spaces seeds on it like `sizes`: 1/s^4 (Du, Wang, *Grid generation and optimization
+/// based on centroidal Voronoi tessellations*, Applied Mathematics and Computation 133, 2002,
+/// doi 10.1016/S0096-3003(01)00260-0).
+fn density(sizes: &[f64]) -> Density {
+    if sizes.iter().all(|&s| s == 1.0) {
+        Density::Uniform
+    } else {
+        Density::Vertices(sizes.iter().map(|s| s.powi(-4)).collect())
     }
 }

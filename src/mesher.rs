@@ -1,12 +1,69 @@
 //! The whole algorithm on one screen.
 
+use std::time::Instant;
+
 use crate::error::Error;
+use crate::extract::{self, Sampling};
+use crate::lloyd::{Relaxation, Stopped};
 use crate::params::Params;
-use crate::progress::Observer;
+use crate::progress::{Observer, Stage};
+use crate::refine;
+use crate::seeds::{self, SeedKind};
 use crate::surface::Surface;
+use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
 
-/// Meshes the solid that `surface` bounds.
-pub fn tetrahedralize(_surface: &Surface, _params: &Params, _observer: &mut dyn Observer) -> Result<TetMesh, Error> {
-    todo!()
+/// Meshes the solid that `surface` bounds, with exactly as many vertices as `params` ask for.
+///
+/// # Errors
+/// [`Error::Parameter`] for values that no run could honour, [`Error::TooFewSeeds`] where the count is too small for a
+/// valid mesh, [`Error::Interrupted`] where the observer stopped the run before there was a mesh.
+pub fn tetrahedralize(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Result<TetMesh, Error> {
+    params.validate()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(params.threads)
+        .build()
+        .map_err(|e| Error::Parameter { option: "threads", reason: e.to_string() })?;
+    pool.install(|| mesh(surface, params, observer))
+}
+
+fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Result<TetMesh, Error> {
+    // 1. Seeds on corners, creases and the surface, and inside.
+    observer.stage(Stage::Seeds);
+    let started = Instant::now();
+    let features = Features::find(surface, params.feature_angle);
+    let seeds = seeds::sample(surface, &features, params)?;
+    let seeds_s = started.elapsed().as_secs_f64();
+    observer.seeds(None, &seeds.positions, surface.frame());
+
+    // 2. To a centroidal Voronoi tessellation of the solid.
+    observer.stage(Stage::Relax { iterations: params.iterations });
+    let mut relaxation = Relaxation::new(surface, &features, params, seeds)?;
+    let stopped = relaxation.run(params.iterations, observer)?;
+
+    // 3. More seeds where a valid mesh needs them.
+    observer.stage(Stage::Extract);
+    let started = Instant::now();
+    let inside = refine::until_valid(&mut relaxation, surface, params, observer)?;
+    observer.triangulation(relaxation.delaunay(), surface.frame());
+
+    // 4. The restricted Delaunay tets and their boundary.
+    let kinds: Vec<SeedKind> = relaxation.seeds().anchors.iter().map(|a| a.kind()).collect();
+    let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
+    let mut mesh = extract::mesh(&sampling, &inside);
+    mesh.check().map_err(Error::Broken)?;
+
+    mesh.stopped = describe(stopped, params);
+    (mesh.steps, mesh.times) = relaxation.into_record();
+    mesh.times.seeds = seeds_s;
+    mesh.times.extract = started.elapsed().as_secs_f64();
+    Ok(mesh)
+}
+
+fn describe(stopped: Stopped, params: &Params) -> String {
+    match stopped {
+        Stopped::Iterations => format!("after {} iterations, as asked", params.iterations),
+        Stopped::Tolerance => format!("the energy changed by less than {:e} of itself", params.tolerance),
+        Stopped::Caller => "stopped by the caller".to_string(),
+    }
 }

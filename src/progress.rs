@@ -61,7 +61,7 @@ pub struct Step {
 }
 
 /// What a caller hears of a run. Every method has a default that ignores what it is told.
-pub trait Observer {
+pub trait Observer: Send {
     /// A stage begins.
     fn stage(&mut self, _stage: Stage) {}
 

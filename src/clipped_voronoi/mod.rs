@@ -70,7 +70,7 @@ impl ClippedVoronoi {
 }
 
 /// A density on the surface: weights of its points in the centroids of restricted cells.
-pub(crate) enum Density {
+pub enum Density {
     /// 1 everywhere.
     Uniform,
     /// At each vertex of the surface, linear between them.
@@ -116,11 +116,9 @@ impl<'a> Clipper<'a> {
         Clipper { surface, density: Density::Uniform, owners }
     }
 
-    /// The same, with a density of the surface, given at each of its vertices, that weighs
-    /// [`Cell::area_moment`] and [`Cell::area_mass`].
-    pub fn with_density(surface: &'a Surface, density: Vec<f64>) -> Clipper<'a> {
-        assert_eq!(density.len(), surface.points().len(), "one density per vertex of the surface");
-        Clipper { density: Density::Vertices(density), ..Clipper::new(surface) }
+    /// From now on, weighs [`Cell::area_moment`] and [`Cell::area_mass`] by a density of the surface.
+    pub fn set_density(&mut self, density: Density) {
+        self.density = density;
     }
 
     /// The cells of `delaunay`, whose points are on the grid of the surface's frame.

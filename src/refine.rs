@@ -1,0 +1,143 @@
+//! Adds seeds where the sampling is too coarse for a valid mesh, and takes them from elsewhere.
+//!
+//! After each round of insertions a few iterations smooth the change; later rounds leave them out, so that what was
+//! inserted stays where it is needed. The number of seeds never changes, and seed i stays seed i.
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::extract::{self, Defect, Proposal, Sampling};
+use crate::geometry::frame::snap;
+use crate::lloyd::{Relaxation, Stopped};
+use crate::params::{Boundary, Params};
+use crate::progress::Observer;
+use crate::seeds::{Anchor, SeedKind};
+use crate::surface::Surface;
+
+/// Rounds of insertion before the run gives up.
+const ROUNDS: usize = 24;
+
+/// Rounds that also mend what is only unsightly, such as an interior seed on the boundary.
+const POLISHED_ROUNDS: usize = 3;
+
+/// Iterations after round r: enough to smooth at first, none in the end.
+fn smoothing(round: usize) -> usize {
+    [5, 5, 4, 3, 2, 2, 1, 1].get(round).copied().unwrap_or(0)
+}
+
+/// Labels the tets of the mesh; inserts seeds until they form one.
+pub fn until_valid(
+    relaxation: &mut Relaxation,
+    surface: &Surface,
+    params: &Params,
+    observer: &mut dyn Observer,
+) -> Result<Vec<bool>, Error> {
+    let mut interrupted = false;
+    for round in 0.. {
+        let kinds: Vec<SeedKind> = relaxation.seeds().anchors.iter().map(|a| a.kind()).collect();
+        let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
+        let labels = extract::label(&sampling, relaxation.clipped());
+        let labels = extract::mend(&sampling, labels);
+        let defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
+        let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
+        let proposals = extract::proposals(&sampling, &defects);
+        if fatal.is_empty() && (round >= POLISHED_ROUNDS || proposals.is_empty() || interrupted) {
+            return Ok(labels);
+        }
+        let donors = donors(relaxation, &sampling, &proposals);
+        if let Some(first) = fatal.first()
+            && (proposals.is_empty() || round == ROUNDS || donors.is_empty())
+        {
+            return Err(too_few(surface, params, first, kinds.len(), &proposals));
+        }
+        if donors.is_empty() {
+            return Ok(labels);
+        }
+        observer.note(&note(round, &defects, donors.len()));
+        relaxation.refine_density(&proposals.iter().map(|p| (p.place, p.size)).collect::<Vec<_>>());
+        let mut targets: Vec<(DVec3, Anchor)> =
+            relaxation.seeds().positions.iter().copied().zip(relaxation.seeds().anchors.iter().copied()).collect();
+        for (donor, proposal) in donors {
+            let anchor = match params.boundary {
+                Boundary::Conform => Anchor::Surface { triangle: proposal.triangle },
+                Boundary::Free => Anchor::Interior,
+            };
+            targets[donor as usize] = (snap(proposal.place), anchor);
+        }
+        relaxation.move_to(targets, observer)?;
+        if !interrupted && params.iterations > 0 {
+            interrupted = relaxation.run(smoothing(round), observer)? == Stopped::Caller;
+        }
+    }
+    unreachable!("the last round returns: this is a bug in tetcvt")
+}
+
+/// For each proposal a seed that can be spared: the least cells of the interior first, then of the surface, no two of
+/// them neighbours and none near a place where seeds are wanted.
+fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) -> Vec<(u32, Proposal)> {
+    let cells = &relaxation.clipped().cells;
+    let seeds = relaxation.seeds();
+    let adjacency = relaxation.delaunay().adjacency();
+    let size = |i: u32| match sampling.kinds[i as usize] {
+        SeedKind::Interior => cells[i as usize].volume,
+        _ => cells[i as usize].area_mass,
+    };
+    let mut spare: Vec<u32> = (0..seeds.positions.len() as u32)
+        .filter(|&i| match sampling.kinds[i as usize] {
+            SeedKind::Interior => cells[i as usize].area == 0.0,
+            kind => kind == SeedKind::Surface,
+        })
+        .collect();
+    spare.sort_by(|&a, &b| {
+        let kind = |i: u32| sampling.kinds[i as usize];
+        (kind(a), size(a)).partial_cmp(&(kind(b), size(b))).expect("moments are finite: this is a bug in tetcvt")
+    });
+    let mut taken = vec![false; seeds.positions.len()];
+    for proposal in proposals {
+        if let Some(own) = proposal.replaces {
+            taken[own as usize] = true;
+        }
+    }
+    let wanted = |p: DVec3| proposals.iter().any(|q| q.place.distance(p) < 2.0 * seeds.spacing);
+    let mut spare = spare.into_iter();
+    let mut found = Vec::new();
+    for &proposal in proposals {
+        if let Some(own) = proposal.replaces {
+            found.push((own, proposal));
+            continue;
+        }
+        let free = |&i: &u32| {
+            let apart = adjacency.of(i as usize).iter().all(|&j| !taken[j as usize]);
+            apart && !taken[i as usize] && !wanted(seeds.positions[i as usize])
+        };
+        match spare.find(free) {
+            Some(donor) => {
+                taken[donor as usize] = true;
+                found.push((donor, proposal));
+            }
+            None => break,
+        }
+    }
+    found
+}
+
+fn note(round: usize, defects: &[Defect], moved: usize) -> String {
+    let mut kinds: Vec<(&str, usize)> = Vec::new();
+    for defect in defects {
+        match kinds.iter_mut().find(|k| k.0 == defect.kind.describe()) {
+            Some(kind) => kind.1 += 1,
+            None => kinds.push((defect.kind.describe(), 1)),
+        }
+    }
+    let list: Vec<String> = kinds.iter().map(|(what, count)| format!("{what} ({count})")).collect();
+    format!("round {}: {}; {moved} seeds moved there from elsewhere", round + 1, list.join(", "))
+}
+
+/// The error for a sampling that cannot be mended.
+fn too_few(surface: &Surface, params: &Params, defect: &Defect, count: usize, proposals: &[Proposal]) -> Error {
+    let place = surface.frame().to_model(defect.place).to_array();
+    let _ = params;
+    // Twice the spacing's resolution on the surface takes about four times the seeds there.
+    let needed = (count + count / 2).max(count + 4 * proposals.len());
+    Error::TooFewSeeds { count, needed, reason: defect.kind.describe().to_string(), place }
+}
