@@ -24,6 +24,8 @@ pub mod lloyd;
 
 pub mod tet_mesh;
 
+pub mod quality;
+
 pub mod extract;
 
 pub mod mesher;
