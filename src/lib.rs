@@ -30,6 +30,8 @@ pub mod extract;
 
 pub mod mesher;
 
+pub mod report;
+
 pub mod io;
 
 #[cfg(feature = "cli")]

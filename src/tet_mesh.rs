@@ -57,3 +57,13 @@ pub struct TetMesh {
     /// Where the time went.
     pub times: StageTimes,
 }
+
+impl TetMesh {
+    /// The vertices that the boundary uses, ascending.
+    pub fn boundary_vertices(&self) -> Vec<u32> {
+        let mut vertices: Vec<u32> = self.boundary.iter().flat_map(|t| t.vertices).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+}

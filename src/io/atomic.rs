@@ -51,11 +51,16 @@ impl AtomicFile {
         Ok(AtomicFile { path: path.to_owned(), sink })
     }
 
-    /// Writes the file `path` by `write`, whole or not at all.
-    pub fn write_with(path: &Path, write: impl FnOnce(&mut AtomicFile) -> io::Result<()>) -> Result<(), Error> {
+    /// Begins the file `path` and writes all of it by `write`.
+    pub fn fill(path: &Path, write: impl FnOnce(&mut AtomicFile) -> io::Result<()>) -> Result<AtomicFile, Error> {
         let mut file = AtomicFile::create(path)?;
         write(&mut file).map_err(|e| failure(path, &e))?;
-        file.commit()
+        Ok(file)
+    }
+
+    /// Writes the file `path` by `write`, whole or not at all.
+    pub fn write_with(path: &Path, write: impl FnOnce(&mut AtomicFile) -> io::Result<()>) -> Result<(), Error> {
+        AtomicFile::fill(path, write)?.commit()
     }
 
     /// The name that the file will have.

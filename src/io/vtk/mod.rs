@@ -148,9 +148,7 @@ pub fn write_mesh(path: &Path, format: Format, mesh: &TetMesh, quality: &TetQual
 /// Writes the boundary of a mesh: the points that it uses, with point data `vertex`, their index in the mesh; cell
 /// data `region_inside`, `region_outside`, `patch`, `source_triangle`.
 pub fn write_surface(path: &Path, format: Format, mesh: &TetMesh) -> Result<(), Error> {
-    let mut vertices: Vec<u32> = mesh.boundary.iter().flat_map(|t| t.vertices).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
+    let vertices = mesh.boundary_vertices();
     let points: Vec<DVec3> = vertices.iter().map(|&v| mesh.points[v as usize]).collect();
     let mut compact = vec![0; mesh.points.len()];
     for (i, &v) in (0..).zip(&vertices) {
@@ -173,13 +171,13 @@ pub fn write_surface(path: &Path, format: Format, mesh: &TetMesh) -> Result<(), 
     write(path, format, &grid)
 }
 
-/// Writes the finite tets of a triangulation and all its points, to the last bit, as an XML file. Field data `scale`
-/// and `shift` lead from its points to the model's: model = point / scale + shift. Point data `seed`: -1 from vertex
-/// `seeds` on.
-pub fn write_delaunay(path: &Path, delaunay: &Delaunay, frame: &Frame, seeds: usize) -> Result<(), Error> {
+/// Writes the finite tets of a triangulation and all its points, to the last bit, in the XML format; the file is left
+/// to be committed. Field data `scale` and `shift` lead from its points to the model's: model = point / scale + shift.
+/// Point data `seed`: -1 from vertex `seeds` on.
+pub fn write_delaunay(path: &Path, delaunay: &Delaunay, frame: &Frame, seeds: usize) -> Result<AtomicFile, Error> {
     let corners: Vec<[u32; 4]> = delaunay.tets().collect();
     let points = delaunay.points();
-    let seed = |v: usize| if v < seeds { i32::try_from(v).unwrap_or(i32::MAX) } else { -1 };
+    let seed = |v: usize| if v < seeds { signed(v as u32) } else { -1 };
     let grid = Grid {
         shape: Shape::Tet,
         points,
@@ -188,7 +186,7 @@ pub fn write_delaunay(path: &Path, delaunay: &Delaunay, frame: &Frame, seeds: us
         point_data: vec![Array::integers("seed", (0..points.len()).map(seed))],
         cell_data: Vec::new(),
     };
-    write(path, Format::Xml, &grid)
+    AtomicFile::fill(path, |file| xml::write(&grid, file))
 }
 
 fn write(path: &Path, format: Format, grid: &Grid) -> Result<(), Error> {
