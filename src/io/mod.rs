@@ -4,8 +4,10 @@ pub mod atomic;
 
 pub mod npy;
 
+pub mod obj;
+
+mod polygon;
+
 pub mod vtk;
-/// TEMPORARY
-pub fn read_surface(_path: &std::path::Path) -> Result<crate::Surface, crate::Error> {
-    todo!()
-}
+
+pub use obj::read as read_surface;

@@ -1,10 +1,137 @@
-//! What keeps a triangle soup from bounding a solid.
+//! What keeps a triangle soup from bounding a solid: one variant per cause, with how often and where first.
 
-/// A defect: what, how often, and where first (model coordinates).
+use std::fmt;
+
+/// Where a defect shows first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// A point of it, in model coordinates.
+    pub point: [f64; 3],
+    /// The face of the input it lies on, counted from 0.
+    pub face: u32,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        // `{:?}` of an f64 is the shortest text that reads back as the same number, with an exponent where that is due.
+        let [x, y, z] = self.point;
+        write!(f, "first at ({x:?}, {y:?}, {z:?}), face {} of the input", u64::from(self.face) + 1)
+    }
+}
+
+/// A defect: what, how often, and where first.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Defect {
     /// No triangle at all.
-    #[error("it has no triangles")]
+    #[error("it has no triangles, so it is empty: export the surface as polygons")]
     Empty,
+    /// Every triangle has no area.
+    #[error("all {count} triangles are degenerate (without area), so it is empty: export the surface as polygons")]
+    AllDegenerate {
+        /// Triangles without area.
+        count: usize,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error("face {} of the input names vertex {index}, but there are only {count} vertices", u64::from(*face) + 1)]
+    BadIndex {
+        /// The face, counted from 0.
+        face: u32,
+        /// The index, counted from 0.
+        index: u32,
+        /// Vertices.
+        count: usize,
+    },
+    /// Coordinates that are NaN or infinite.
+    #[error(
+        "{count} vertices in use have a coordinate that is not finite (NaN, or too large for a 64-bit number), {place}: repair the file's numbers"
+    )]
+    NonFinite {
+        /// Vertices.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// A model so large or so small that its shape is lost in 64-bit numbers.
+    #[error("its longest side is {extent:?}, out of the range of 64-bit numbers that leaves room to compute: scale it")]
+    OutOfRange {
+        /// Longest side of the bounding box.
+        extent: f64,
+    },
+    /// Edges with one face only.
+    #[error(
+        "it is open: {count} edges have a face on one side only, {place}: close the holes, or weld vertices that nearly meet"
+    )]
+    Open {
+        /// Edges.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// Edges with more than two faces, where none of the faces cover each other.
+    #[error(
+        "it has {count} non-manifold edges (more than two faces meet there), {place}: separate bodies that touch, remove inner walls"
+    )]
+    NonManifoldEdges {
+        /// Edges.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// Vertices whose faces form several fans.
+    #[error(
+        "it has {count} non-manifold vertices (parts of it touch in a point), {place}: separate the parts, or give each its own vertex there and move them apart"
+    )]
+    NonManifoldVertices {
+        /// Vertices.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// No choice of orientations agrees along every edge.
+    #[error(
+        "it is not orientable (like a Moebius strip or Klein bottle, it has one side only), {place}: such a surface bounds no solid"
+    )]
+    NonOrientable {
+        /// Edge where the orientations cannot agree.
+        place: Place,
+    },
+    /// Faces over the same three vertices.
+    #[error(
+        "it has {count} duplicate faces, which touch another over the same three vertices and make edges non-manifold, {place}: remove the copies, or both faces of an inner wall"
+    )]
+    DuplicateFaces {
+        /// Faces that repeat an earlier one.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// Faces that lie on each other, beside a non-manifold edge.
+    #[error(
+        "it has {count} non-manifold edges where touching faces lie on each other, {place}: join the bodies that touch there, or move them apart"
+    )]
+    CoincidingFaces {
+        /// Edges with such faces.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// Triangles without area that no local change removes.
+    #[error(
+        "{count} triangles without area cannot be removed without changing the shape, {place}: remesh the surface there"
+    )]
+    Degenerate {
+        /// Triangles.
+        count: usize,
+        /// The first.
+        place: Place,
+    },
+    /// A shell that encloses nothing.
+    #[error("{count} connected parts enclose no volume, {place}: remove what is flat, or give it a thickness")]
+    NoVolume {
+        /// Shells.
+        count: usize,
+        /// A vertex of the first.
+        place: Place,
+    },
 }

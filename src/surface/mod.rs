@@ -2,19 +2,33 @@
 
 use glam::DVec3;
 
+use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::frame::Frame;
 
 pub mod box_tree;
 
 pub mod defects;
 
+pub mod edges;
+
 pub mod features;
+
+mod measures;
+
+mod needles;
+
+mod orient;
+
+mod ray;
+
+mod soup;
 
 use box_tree::BoxTree;
 use defects::Defect;
+use soup::Soup;
 
 /// A closed, edge- and vertex-manifold, consistently oriented surface that bounds a solid; it cannot be built with a
-/// defect. Its points are in the normalised frame, on its grid.
+/// defect. Its points are in the normalised frame, on its grid. Self-crossings are not looked for here.
 pub struct Surface {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -25,13 +39,65 @@ pub struct Surface {
     frame: Frame,
     tree: BoxTree,
     notes: Vec<String>,
+    volume: f64,
+    area: f64,
+    diagonal: f64,
 }
 
 impl Surface {
     /// Checks `triangles` over `points` (model units) and makes them a surface. `source[t]` and `patch[t]` say where
     /// triangle `t` comes from: the index of its face in the input, and the id of its patch.
-    pub fn new(_points: &[DVec3], _triangles: &[[u32; 3]], _source: &[u32], _patch: &[u32]) -> Result<Surface, Defect> {
-        todo!()
+    ///
+    /// What can be mended without guessing a shape is mended, with a note: vertices that are equal or that no face uses,
+    /// triangles without area, faces turned against their neighbours, shells turned inside out. The rest is refused.
+    ///
+    /// Panics unless `source` and `patch` are as long as `triangles`.
+    pub fn new(points: &[DVec3], triangles: &[[u32; 3]], source: &[u32], patch: &[u32]) -> Result<Surface, Defect> {
+        assert!(
+            source.len() == triangles.len() && patch.len() == triangles.len(),
+            "one source and one patch per triangle"
+        );
+        let mut notes = vec![];
+        let (mut soup, frame) = Soup::new(points, triangles, source, patch, &mut notes)?;
+        let twin = edges::check(&soup)?;
+        let mut shell = orient::agree(&mut soup, &twin, &mut notes)?;
+        if needles::remove(&mut soup, &mut notes)? {
+            // Triangles have gone or changed: every check and the shells anew, with nothing left to mend.
+            let twin = edges::check(&soup)?;
+            shell = orient::agree(&mut soup, &twin, &mut notes)?;
+        }
+        let shells = orient::outward(&mut soup, shell, &mut notes)?;
+        Ok(Surface::assemble(soup, shells, frame, notes))
+    }
+
+    fn assemble(soup: Soup, shells: orient::Shells, frame: Frame, notes: Vec<String>) -> Surface {
+        let Soup { points, triangles, source, patch, .. } = soup;
+        let count = shells.solid.len();
+        let mut volume = measures::Sum::default();
+        for v in measures::shell_volumes(&points, &triangles, &shells.of_triangle, count) {
+            volume.add(v.signed);
+        }
+        Surface {
+            volume: volume.value(),
+            area: measures::area(&points, &triangles),
+            diagonal: BoundingBox::of(&points).diagonal(),
+            tree: BoxTree::build(&points, &triangles),
+            points,
+            triangles,
+            source,
+            patch,
+            shell: shells.of_triangle,
+            solid_of_shell: shells.solid,
+            frame,
+            notes,
+        }
+    }
+
+    /// Puts what a reader had to say before the other notes.
+    pub(crate) fn with_notes(mut self, mut notes: Vec<String>) -> Surface {
+        notes.append(&mut self.notes);
+        self.notes = notes;
+        self
     }
 
     /// Vertices, in the frame, on its grid.
@@ -49,7 +115,7 @@ impl Surface {
         self.triangles[t as usize].map(|v| self.points[v as usize])
     }
 
-    /// For each triangle, the index of its face in the input.
+    /// For each triangle, the index of its face in the input, counted from 0.
     pub fn source(&self) -> &[u32] {
         &self.source
     }
@@ -69,6 +135,11 @@ impl Surface {
         &self.solid_of_shell
     }
 
+    /// Number of connected shells.
+    pub fn shell_count(&self) -> usize {
+        self.solid_of_shell.len()
+    }
+
     /// The way back to the model's coordinates.
     pub fn frame(&self) -> &Frame {
         &self.frame
@@ -86,21 +157,21 @@ impl Surface {
 
     /// Volume of the solid, in the frame.
     pub fn volume(&self) -> f64 {
-        todo!()
+        self.volume
     }
 
     /// Area of the surface, in the frame.
     pub fn area(&self) -> f64 {
-        todo!()
+        self.area
     }
 
     /// Diagonal of the bounding box, in the frame.
     pub fn diagonal(&self) -> f64 {
-        todo!()
+        self.diagonal
     }
 
     /// Sum over all shells of the number of handles.
     pub fn genus(&self) -> usize {
-        todo!()
+        measures::genus(self.points.len(), self.triangles.len(), self.shell_count())
     }
 }
