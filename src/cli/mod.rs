@@ -9,7 +9,7 @@ use clap::Parser;
 use crate::error::Error;
 use crate::io::atomic::AtomicFile;
 use crate::io::npy::TrajectoryWriter;
-use crate::io::{read_surface, vtk};
+use crate::io::{load_surface, vtk};
 use crate::mesher::tetrahedralize;
 use crate::progress::Observer;
 use crate::quality::TetQuality;
@@ -57,8 +57,11 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
     let mut watcher = Watcher::new(job)?;
     watcher.spin("reading the surface");
     let reading = Instant::now();
-    let surface = read_surface(&job.surface)?;
+    let soup = load_surface(&job.surface)?;
     let read = reading.elapsed().as_secs_f64();
+    let checking = Instant::now();
+    let surface = soup.check()?;
+    let check = checking.elapsed().as_secs_f64();
     for note in surface.notes() {
         watcher.note(note);
     }
@@ -75,7 +78,7 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
         command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
         input: InputReport::of(&surface, job.surface.to_string_lossy().into_owned()),
         mesh: MeshReport::of(&mesh, &quality, &surface),
-        time: TimeReport { read, ..TimeReport::of(&mesh.times) },
+        time: TimeReport { read, check, ..TimeReport::of(&mesh.times) },
         memory: MemoryReport::default(),
         stopped: mesh.stopped.clone(),
         notes: watched.notes.clone(),

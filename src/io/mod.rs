@@ -10,4 +10,4 @@ mod polygon;
 
 pub mod vtk;
 
-pub use obj::read as read_surface;
+pub use obj::{load as load_surface, read as read_surface};
