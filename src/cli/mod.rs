@@ -100,9 +100,14 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
 
 /// Writes every file that can be written, then tells of the first that could not.
 fn write_files(job: &Job, mesh: &TetMesh, quality: &TetQuality, watched: Watched) -> Result<(), Error> {
+    let wrote = |path: &Path| {
+        if job.verbosity > Verbosity::Quiet {
+            say(&format!("wrote      {}", path.display()));
+        }
+    };
     let mut results = vec![
-        vtk::write_mesh(&job.mesh_file, job.mesh_format, mesh, quality),
-        vtk::write_surface(&job.surface_file, job.surface_format, mesh),
+        vtk::write_mesh(&job.mesh_file, job.mesh_format, mesh, quality).map(|()| wrote(&job.mesh_file)),
+        vtk::write_surface(&job.surface_file, job.surface_format, mesh).map(|()| wrote(&job.surface_file)),
     ];
     results.extend(watched.failure.map(Err));
     results.extend(watched.trajectory.map(TrajectoryWriter::finish));
