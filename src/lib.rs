@@ -26,11 +26,15 @@ pub mod lloyd;
 
 pub mod tet_mesh;
 
+pub mod quality;
+
 pub mod extract;
 
 pub mod refine;
 
 pub mod mesher;
+
+pub mod report;
 
 pub mod io;
 

@@ -15,6 +15,7 @@ pub enum Target {
 
 /// Where seeds may lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Boundary {
     /// Seeds on corners, creases and the surface stay there, so that the mesh follows the surface.
     Conform,
@@ -24,6 +25,7 @@ pub enum Boundary {
 
 /// Where interior seeds begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Start {
     /// A randomly rotated, slightly jittered body-centred cubic lattice.
     Bcc,
@@ -35,6 +37,7 @@ pub enum Start {
 
 /// How the triangulation follows the moving seeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Update {
     /// The triangulation is built anew in every iteration.
     Rebuild,
@@ -42,6 +45,7 @@ pub enum Update {
 
 /// How seeds move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Optimizer {
     /// Each seed to the centroid of its cell (Du, Faber, Gunzburger 1999).
     Lloyd,

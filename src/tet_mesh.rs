@@ -122,4 +122,12 @@ impl TetMesh {
     pub fn check(&self) -> Result<(), String> {
         check::check(self)
     }
+
+    /// The vertices that the boundary uses, ascending.
+    pub fn boundary_vertices(&self) -> Vec<u32> {
+        let mut vertices: Vec<u32> = self.boundary.iter().flat_map(|t| t.vertices).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
 }

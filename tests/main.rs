@@ -30,5 +30,12 @@ mod models;
 // The binary: options, exit statuses, messages.
 mod cli;
 
+// The binary against signals, closed pipes, full disks.
+#[cfg(unix)]
+mod cli_unix;
+
 // Its files, read back by VTK.
 mod output;
+
+// Scripts around VTK, in a virtual environment of their own.
+mod python;

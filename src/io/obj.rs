@@ -19,18 +19,21 @@ use crate::surface::defects::Defect;
 
 /// Reads and checks the surface in an OBJ file.
 pub fn read(path: &Path) -> Result<Surface, Error> {
+    Ok(load(path)?.check()?)
+}
+
+/// Reads an OBJ file, without checking what it holds.
+pub fn load(path: &Path) -> Result<Soup, Error> {
     let fail = |reason: String| Error::Read { path: path.to_owned(), reason };
     let file = File::open(path).map_err(|e| fail(e.to_string()))?;
     if file.metadata().is_ok_and(|m| m.is_dir()) {
         return Err(fail("it is a folder".into()));
     }
-    let soup = parse(BufReader::with_capacity(1 << 16, file)).map_err(fail)?;
-    let surface = soup.check()?;
-    Ok(surface)
+    parse(BufReader::with_capacity(1 << 16, file)).map_err(fail)
 }
 
 /// What an OBJ file holds, before any check.
-struct Soup {
+pub struct Soup {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     source: Vec<u32>,
@@ -39,7 +42,8 @@ struct Soup {
 }
 
 impl Soup {
-    fn check(self) -> Result<Surface, Defect> {
+    /// Checks it and makes it a surface.
+    pub fn check(self) -> Result<Surface, Defect> {
         let surface = Surface::new(&self.points, &self.triangles, &self.source, &self.patch)?;
         Ok(surface.with_notes(self.notes))
     }

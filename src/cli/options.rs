@@ -1,0 +1,303 @@
+//! The command line, and what it asks for once it makes sense.
+
+use std::path::{Path, PathBuf};
+
+use clap::{ArgAction, Parser};
+
+use crate::error::Error;
+use crate::io::atomic;
+use crate::io::vtk::Format;
+use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
+
+const AFTER_HELP: &str = "\
+Exit status:
+  0    done
+  1    the surface cannot be meshed (open, non-manifold, empty, ...)
+  2    wrong usage
+  3    cannot read or parse the surface
+  4    cannot write
+  5    no valid mesh at this count
+  130  interrupted with nothing to keep
+
+Ctrl-C finishes with the seeds as they are; a second one stops at once.
+Progress and messages go to standard error, standard output carries only what is asked for.
+
+Examples:
+  tetcvt bunny.obj --seeds 20000
+      bunny.vtu, a mesh of exactly 20000 vertices, and bunny.surface.vtp, its boundary
+  tetcvt part.obj --edge 2% -o out/part.vtu --surface out/part.vtp --json out/part.json
+      edges of 2 % of the diagonal, files where you want them, and a report";
+
+/// Fills a closed triangle surface with tetrahedra, by a centroidal Voronoi tessellation.
+#[derive(Debug, Parser)]
+#[command(version, after_help = AFTER_HELP, max_term_width = 100)]
+pub(super) struct Options {
+    /// Closed triangle surface: OBJ
+    #[arg(value_name = "SURFACE")]
+    surface: PathBuf,
+
+    /// Vertices of the mesh: exactly N [default: 20000]
+    #[arg(long, value_name = "N", help_heading = "Size", value_parser = count, conflicts_with = "edge", allow_negative_numbers = true)]
+    seeds: Option<usize>,
+
+    /// Target edge length in model units, in place of --seeds; 2% = of the bounding-box diagonal
+    #[arg(long, value_name = "L|L%", help_heading = "Size", value_parser = edge, allow_negative_numbers = true)]
+    edge: Option<Target>,
+
+    /// Where seeds may lie
+    #[arg(long, help_heading = "Seeds", default_value = "conform")]
+    boundary: Boundary,
+
+    /// Creases sharper than this are kept, in degrees; 180 keeps none
+    #[arg(long, value_name = "DEG", help_heading = "Seeds", default_value_t = 40.0, allow_negative_numbers = true)]
+    feature_angle: f64,
+
+    /// Where interior seeds begin
+    #[arg(long, help_heading = "Seeds", default_value = "bcc")]
+    start: Start,
+
+    /// How seeds move
+    #[arg(long, help_heading = "Iterations", default_value = "lloyd")]
+    optimizer: Optimizer,
+
+    /// At most K iterations; 0 = only sample
+    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 100, allow_negative_numbers = true)]
+    iterations: usize,
+
+    /// Stop when the energy falls by less than T of itself in an iteration; 0 = never
+    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "1e-6", allow_negative_numbers = true)]
+    tolerance: f64,
+
+    /// How the triangulation follows the seeds
+    #[arg(long, help_heading = "Iterations", default_value = "rebuild")]
+    update: Update,
+
+    /// Threads [default: all cores]; the result does not depend on it
+    #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+
+    /// Seed of every random choice
+    #[arg(long, value_name = "N", help_heading = "Run", default_value_t = 1)]
+    random_seed: u64,
+
+    /// Verify every invariant after every iteration (slow)
+    #[arg(long, help_heading = "Run")]
+    check: bool,
+
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Run", conflicts_with = "verbose")]
+    quiet: bool,
+
+    /// Print a line for each iteration
+    #[arg(short, long, help_heading = "Run", action = ArgAction::Count)]
+    verbose: u8,
+
+    /// The mesh: .vtu, .vtk [default: <stem of SURFACE>.vtu in the current folder]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    output: Option<PathBuf>,
+
+    /// The restricted Delaunay surface: .vtp, .vtk [default: <stem of SURFACE>.surface.vtp in the current folder]
+    #[arg(long = "surface", id = "surface_output", value_name = "FILE", help_heading = "Output")]
+    surface_output: Option<PathBuf>,
+
+    /// Everything the run knows of itself; - = standard output
+    #[arg(long, value_name = "FILE|-", help_heading = "Output")]
+    json: Option<PathBuf>,
+
+    /// Positions of all seeds after each iteration: .npy, float64, shape (iterations + 1, seeds, 3)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    trajectory: Option<PathBuf>,
+
+    /// The whole Delaunay triangulation at the end: .vtu
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    delaunay: Option<PathBuf>,
+}
+
+/// A number of things.
+fn count(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| "a whole number is wanted".to_owned())
+}
+
+/// `--edge`: a length, or a share of the diagonal.
+fn edge(text: &str) -> Result<Target, String> {
+    let (number, share) = match text.strip_suffix('%') {
+        Some(number) => (number, true),
+        None => (text, false),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(l) if share => Ok(Target::RelativeEdge(l / 100.0)),
+        Ok(l) => Ok(Target::Edge(l)),
+        Err(_) => Err("a length such as 0.05, or a share of the diagonal such as 2%, is wanted".to_owned()),
+    }
+}
+
+/// How much is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Verbosity {
+    /// Errors.
+    Quiet,
+    /// Progress, notes and the summary.
+    Normal,
+    /// A line for each iteration too.
+    Verbose,
+}
+
+/// Where the report goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum ReportTarget {
+    /// To standard output.
+    StandardOutput,
+    /// To a file.
+    File(PathBuf),
+}
+
+/// A command line that makes sense.
+pub(super) struct Job {
+    pub surface: PathBuf,
+    pub params: Params,
+    pub verbosity: Verbosity,
+    pub mesh_file: PathBuf,
+    pub mesh_format: Format,
+    pub surface_file: PathBuf,
+    pub surface_format: Format,
+    pub report: Option<ReportTarget>,
+    pub trajectory: Option<PathBuf>,
+    pub delaunay: Option<PathBuf>,
+}
+
+impl Options {
+    /// Refuses what no run could honour, before anything is computed.
+    pub(super) fn into_job(self) -> Result<Job, Error> {
+        let params = self.params();
+        params.validate()?;
+        let stem = self.surface.file_stem().unwrap_or(self.surface.as_os_str()).to_owned();
+        let default_name = |suffix: &str| {
+            let mut name = stem.clone();
+            name.push(suffix);
+            PathBuf::from(name)
+        };
+        let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
+        let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
+        let mesh_format = Format::of_mesh(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, ".vtu or .vtk"))?;
+        let surface_format =
+            Format::of_surface(&surface_file).ok_or_else(|| unknown("surface", &surface_file, ".vtp or .vtk"))?;
+        has_extension("trajectory", self.trajectory.as_deref(), "npy")?;
+        has_extension("delaunay", self.delaunay.as_deref(), "vtu")?;
+        let report = self.json.map(|path| match path.to_str() {
+            Some("-") => ReportTarget::StandardOutput,
+            _ => ReportTarget::File(path),
+        });
+        let verbosity = match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, 0) => Verbosity::Normal,
+            (false, _) => Verbosity::Verbose,
+        };
+        let (trajectory, delaunay) = (self.trajectory, self.delaunay);
+        let surface = self.surface;
+        let job = Job {
+            surface,
+            params,
+            verbosity,
+            mesh_file,
+            mesh_format,
+            surface_file,
+            surface_format,
+            report,
+            trajectory,
+            delaunay,
+        };
+        job.check_files()?;
+        Ok(job)
+    }
+
+    fn params(&self) -> Params {
+        let target = match (self.seeds, self.edge) {
+            (Some(count), _) => Target::Count(count),
+            (None, Some(edge)) => edge,
+            (None, None) => Params::default().target,
+        };
+        Params {
+            target,
+            boundary: self.boundary,
+            feature_angle: self.feature_angle,
+            start: self.start,
+            optimizer: self.optimizer,
+            update: self.update,
+            iterations: self.iterations,
+            tolerance: self.tolerance,
+            threads: self.threads.map_or(0, usize::from),
+            random_seed: self.random_seed,
+            check: self.check,
+        }
+    }
+}
+
+impl Job {
+    /// The files to be written, by option.
+    fn outputs(&self) -> Vec<(&'static str, &Path)> {
+        let mut outputs = vec![("output", self.mesh_file.as_path()), ("surface", self.surface_file.as_path())];
+        if let Some(ReportTarget::File(path)) = &self.report {
+            outputs.push(("json", path));
+        }
+        outputs.extend(self.trajectory.as_deref().map(|path| ("trajectory", path)));
+        outputs.extend(self.delaunay.as_deref().map(|path| ("delaunay", path)));
+        outputs
+    }
+
+    /// No output may be the input, nor another output; each must be writable.
+    fn check_files(&self) -> Result<(), Error> {
+        let outputs = self.outputs();
+        for (i, &(option, path)) in outputs.iter().enumerate() {
+            if atomic::same_file(path, &self.surface) {
+                return refuse(option, format!("{} is the surface itself", path.display()));
+            }
+            if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| atomic::same_file(path, earlier)) {
+                return refuse(option, format!("{} is also the file of --{other}", path.display()));
+            }
+        }
+        outputs.iter().try_for_each(|(_, path)| atomic::check_writable(path))
+    }
+}
+
+fn refuse<T>(option: &'static str, reason: String) -> Result<T, Error> {
+    Err(Error::Parameter { option, reason })
+}
+
+fn unknown(option: &'static str, path: &Path, known: &str) -> Error {
+    let reason = format!("the format of {} is not known by its name; it should end in {known}", path.display());
+    Error::Parameter { option, reason }
+}
+
+fn has_extension(option: &'static str, path: Option<&Path>, wanted: &str) -> Result<(), Error> {
+    match path {
+        Some(path) if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted)) => {
+            Err(unknown(option, path, &format!(".{wanted}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn the_defaults_are_those_of_the_library() {
+        let options = Options::try_parse_from(["tetcvt", "a.obj"]).unwrap();
+        assert_eq!(options.params(), Params::default());
+    }
+
+    #[test]
+    fn edges_are_lengths_or_shares() {
+        assert_eq!(edge("0.05"), Ok(Target::Edge(0.05)));
+        assert_eq!(edge("2%"), Ok(Target::RelativeEdge(0.02)));
+        assert!(edge("2 mm").is_err() && edge("").is_err() && edge("%").is_err());
+    }
+}
