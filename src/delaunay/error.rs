@@ -63,7 +63,7 @@ impl DelaunayError {
     pub(super) fn explain(obstacle: Obstacle, points: &[DVec3]) -> DelaunayError {
         let count = points.len();
         // A line or plane of points is reported as duplicates if it holds any: that is mended first.
-        DelaunayError::duplicates(points).unwrap_or(match obstacle {
+        DelaunayError::duplicates(points).unwrap_or_else(|| match obstacle {
             Obstacle::Line => DelaunayError::Line { count },
             Obstacle::Plane => DelaunayError::Flat { count },
             Obstacle::TooMany => DelaunayError::TooMany { count },

@@ -73,8 +73,8 @@ mod tests {
 
     #[test]
     fn the_others_are_even_permutations() {
-        for i in 0..4 {
-            for (j, k, l) in OTHERS[i] {
+        for (i, others) in OTHERS.into_iter().enumerate() {
+            for (j, k, l) in others {
                 let p = [i, j, k, l];
                 let inversions = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b))).filter(|&(a, b)| p[a] > p[b]);
                 assert_eq!(inversions.count() % 2, 0, "{p:?}");

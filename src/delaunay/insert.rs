@@ -34,6 +34,9 @@ pub struct Construction {
     pub last: u32,
 }
 
+/// Vertices and facets of each tet.
+pub type TetArrays = (Vec<[u32; 4]>, Vec<[Facet; 4]>);
+
 /// Why the construction stopped.
 pub enum Obstacle {
     /// The points are all on one line or at one place.
@@ -136,7 +139,7 @@ impl Construction {
 
     /// The arrays of the result: vertices and facets of the tets that are alive, by least vertex. `names` gives each
     /// vertex its number in the result.
-    pub fn finish(mut self, names: &[u32]) -> (Vec<[u32; 4]>, Vec<[Facet; 4]>) {
+    pub fn finish(self, names: &[u32]) -> TetArrays {
         let infinite = self.infinite();
         let least = |t: &Tet| t.vertices.iter().fold(u32::MAX, |m, &v| m.min(v)) as usize;
         let mut starts = vec![0u32; self.sites.len() + 1];
@@ -160,14 +163,13 @@ impl Construction {
             vertices[place as usize] = tet.vertices.map(|v| if v == infinite { INFINITE } else { names[v as usize] });
             neighbors[place as usize] = tet.mirrors.map(|f| Facet::new(places[f.tet() as usize], f.slot()));
         }
-        self.tets.clear();
         (vertices, neighbors)
     }
 }
 
 impl Delaunay {
     /// Builds from points in range.
-    pub(super) fn construct(points: &[DVec3]) -> Result<(Vec<[u32; 4]>, Vec<[Facet; 4]>), DelaunayError> {
+    pub(super) fn construct(points: &[DVec3]) -> Result<TetArrays, DelaunayError> {
         let names = super::order::hilbert_order(points);
         let along_curve = names.iter().map(|&i| points[i as usize]);
         match Construction::of(along_curve) {
