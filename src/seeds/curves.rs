@@ -10,9 +10,15 @@ use crate::surface::features::{Curve, Features};
 /// Up to so many spacings long, a crease between two corners is one edge of the mesh.
 const LONGEST_EDGE: f64 = 1.2;
 
+/// Networks of creases shorter than so many spacings in all are below the resolution of the mesh: on a scanned surface
+/// they are noise, and their corners, fixed and far closer than the spacing, would spoil the mesh around them.
+const RESOLVED: f64 = 2.0;
+
 /// What decides how many seeds a crease gets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CurveNeed {
+    /// Whether it is kept at all.
+    pub(super) kept: bool,
     /// Whether it is a closed loop without a corner.
     pub(super) closed: bool,
     /// Seeds without which its chain of edges would not be itself: 3 for a loop, 2 for a loop with one corner, 1
@@ -20,34 +26,62 @@ pub(super) struct CurveNeed {
     pub(super) least: usize,
 }
 
-/// The needs of every curve of `features`.
-pub(super) fn needs(features: &Features) -> Vec<CurveNeed> {
+/// The needs of every curve of `features`, and the corners that are kept, where the spacing is about `spacing`.
+pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Vec<CurveNeed>, Vec<u32>) {
     let ends = |c: &Curve| {
         let (a, b) = (c.vertices[0], c.vertices[c.vertices.len() - 1]);
         (a.min(b), a.max(b))
     };
-    let mut corners = features.corners.clone();
-    corners.sort_unstable();
+    // Networks: curves joined at their ends, each network named after its least vertex.
+    let mut network: Vec<u32> = (0..surface.points().len() as u32).collect();
+    for c in &features.curves {
+        let (a, b) = ends(c);
+        let (a, b) = (root(&mut network, a), root(&mut network, b));
+        network[a.max(b) as usize] = a.min(b);
+    }
+    let mut lengths = vec![0.0; network.len()];
+    let mut ended = vec![false; network.len()];
+    for c in &features.curves {
+        let (a, b) = ends(c);
+        lengths[root(&mut network, a) as usize] += c.length();
+        (ended[a as usize], ended[b as usize]) = (true, true);
+    }
+    let mut kept = |v: u32| lengths[root(&mut network, v) as usize] >= RESOLVED * spacing;
+    // A corner without a crease is the tip of a cone.
+    let corners: Vec<u32> = features.corners.iter().copied().filter(|&v| !ended[v as usize] || kept(v)).collect();
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
-    let need = |c: &Curve| {
+    let mut need = |c: &Curve| {
         let pair = ends(c);
         let loops = pair.0 == pair.1;
-        let closed = loops && corners.binary_search(&pair.0).is_err();
+        let closed = loops && features.corners.binary_search(&pair.0).is_err();
         let twins = pairs.partition_point(|&p| p <= pair) - pairs.partition_point(|&p| p < pair);
         let least = match (closed, loops) {
             (true, _) => 3,
             (false, true) => 2,
             _ => usize::from(twins > 1),
         };
-        CurveNeed { closed, least }
+        let kept = kept(pair.0);
+        CurveNeed { kept, closed, least: if kept { least } else { 0 } }
     };
-    features.curves.iter().map(need).collect()
+    (features.curves.iter().map(&mut need).collect(), corners)
+}
+
+/// The least vertex of the network that holds `v`.
+fn root(network: &mut [u32], mut v: u32) -> u32 {
+    while network[v as usize] != v {
+        network[v as usize] = network[network[v as usize] as usize];
+        v = network[v as usize];
+    }
+    v
 }
 
 impl CurveNeed {
     /// Seeds wanted on a crease that is `steps` spacings long, not yet a whole number.
     pub(super) fn wanted(&self, steps: f64) -> f64 {
+        if !self.kept {
+            return 0.0;
+        }
         if self.closed {
             return steps.max(3.0);
         }

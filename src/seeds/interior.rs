@@ -53,7 +53,7 @@ impl<'a> Interior<'a> {
     pub(super) fn new(surface: &'a Surface, boundary: &'a [BoundarySeed], spacing: f64) -> Interior<'a> {
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).collect();
         let bounds = BoundingBox::of(surface.points());
-        Interior { surface, boundary, grid: CellGrid::new(&positions, spacing), spacing, bounds }
+        Interior { surface, boundary, grid: CellGrid::new(&positions, 2.0 * spacing), spacing, bounds }
     }
 
     /// At most `count` seeds; fewer where there is no room.
@@ -69,12 +69,10 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// How far `p` is from the boundary's seeds, in spacings and at most 1.5; none if it is outside or too close.
+    /// How far `p` is from the boundary's seeds, in spacings and at most 1; none if it is outside or too close.
     fn clearance(&self, p: DVec3) -> Option<f64> {
-        const MOST: f64 = 1.5;
-        let reach = MOST * self.spacing;
-        let mut nearest = (MOST * MOST, None);
-        self.grid.near(p, reach, |i| {
+        let mut nearest = (1.0, None);
+        self.grid.near(p, self.spacing, |i| {
             let s = &self.boundary[i as usize];
             let d2 = p.distance_squared(s.position) / (s.spacing * s.spacing);
             if d2 < nearest.0 {
@@ -84,7 +82,7 @@ impl<'a> Interior<'a> {
         if let (d2, Some(i)) = nearest {
             let s = &self.boundary[i as usize];
             let close = d2 < CLEARANCE * CLEARANCE;
-            let shallow = d2 < 1.0 && s.normal != DVec3::ZERO && (s.position - p).dot(s.normal) < DEPTH * s.spacing;
+            let shallow = s.normal != DVec3::ZERO && (s.position - p).dot(s.normal) < DEPTH * s.spacing;
             if close || shallow {
                 return None;
             }

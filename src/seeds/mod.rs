@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::params::{Boundary, Params, Target};
 use crate::surface::Surface;
 use crate::surface::features::Features;
-use counts::{Demand, Plan, Shortage};
+use counts::{Demand, Plan, Shortage, Size};
 use interior::Interior;
 use surface_sampling::BoundarySeed;
 
@@ -142,28 +142,24 @@ fn planned<'a>(
     features: &'a Features,
     params: &Params,
 ) -> Result<(Demand<'a>, Plan, usize), Error> {
-    let mut demand = Demand::measure(surface, features);
-    let length = edge_length(surface, params.target);
-    let count_at = |demand: &Demand| match (params.target, length) {
-        (Target::Count(n), _) => Ok(n),
-        (_, Some(h)) => checked_count(demand.count_for(h)),
-        (_, None) => unreachable!("every target but a count has a length: this is a bug in tetcvt"),
+    let size = match params.target {
+        Target::Count(n) => Size::Count(n),
+        Target::Edge(l) => Size::Length(l * surface.frame().scale),
+        Target::RelativeEdge(share) => Size::Length(share * surface.diagonal()),
     };
-    let mut count = count_at(&demand)?;
-    let too_few = |count: usize, s: Shortage| Error::TooFewSeeds {
-        count,
-        needed: s.needed.max(count + 1),
-        reason: s.reason,
-        place: surface.frame().to_model(surface.points()[s.vertex as usize]).to_array(),
-    };
-    let mut plan = demand.plan(count).map_err(|s| too_few(count, s))?;
+    let mut demand = Demand::measure(surface, features, size);
+    let mut count = count_for(&demand, size)?;
+    let mut plan = demand.plan(count).map_err(|s| too_few(surface, count, s))?;
     // Limits are sought below the spacing at hand; seeds that thin walls take leave a larger one elsewhere, where more
     // may be thin.
     for _ in 0..3 {
         let sought = plan.spacing;
         demand.limit(thickness::limits(surface, features, sought, params.random_seed));
-        count = count_at(&demand)?;
-        plan = demand.plan(count).map_err(|s| too_few(count, s))?;
+        count = count_for(&demand, size)?;
+        plan = match demand.plan(count) {
+            Ok(plan) => plan,
+            Err(shortage) => return Err(too_few(surface, count, honest(&mut demand, shortage, params.random_seed))),
+        };
         if plan.spacing <= 1.1 * sought {
             break;
         }
@@ -171,12 +167,37 @@ fn planned<'a>(
     Ok((demand, plan, count))
 }
 
-/// The edge length asked for, in the frame; none where a count was.
-fn edge_length(surface: &Surface, target: Target) -> Option<f64> {
-    match target {
-        Target::Count(_) => None,
-        Target::Edge(l) => Some(l * surface.frame().scale),
-        Target::RelativeEdge(share) => Some(share * surface.diagonal()),
+/// A shortage at thin walls was measured at a coarse spacing: the count needed, measured again at the spacing that it
+/// gives, until it would do.
+fn honest(demand: &mut Demand, mut shortage: Shortage, random_seed: u64) -> Shortage {
+    for _ in 0..6 {
+        if !shortage.thin {
+            break;
+        }
+        let spacing = demand.plain_spacing(shortage.needed);
+        demand.limit(thickness::limits(demand.surface(), demand.features(), spacing, random_seed));
+        let vertex = shortage.vertex;
+        match demand.plan(shortage.needed) {
+            Ok(_) => break,
+            Err(next) => shortage = Shortage { vertex, ..next },
+        }
+    }
+    shortage
+}
+
+fn too_few(surface: &Surface, count: usize, shortage: Shortage) -> Error {
+    Error::TooFewSeeds {
+        count,
+        needed: shortage.needed.max(count + 1),
+        reason: shortage.reason,
+        place: surface.frame().to_model(surface.points()[shortage.vertex as usize]).to_array(),
+    }
+}
+
+fn count_for(demand: &Demand, size: Size) -> Result<usize, Error> {
+    match size {
+        Size::Count(n) => Ok(n),
+        Size::Length(h) => checked_count(demand.count_for(h)),
     }
 }
 
@@ -201,7 +222,7 @@ fn boundary_seeds(
         normal: DVec3::ZERO,
         spacing: plan.sizes[v as usize],
     };
-    let mut seeds: Vec<BoundarySeed> = features.corners.iter().map(on_corner).collect();
+    let mut seeds: Vec<BoundarySeed> = demand.corners().iter().map(on_corner).collect();
     for (i, (need, &count)) in demand.needs().iter().zip(&plan.curves).enumerate() {
         let curve = &features.curves[i];
         let spacing = |v: u32| plan.sizes[v as usize];
@@ -218,13 +239,11 @@ fn boundary_seeds(
 
 /// Seeds inside alone, the same density everywhere.
 fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
-    let cell = |h: f64| counts::CELL * h * h * h;
-    let count = match (params.target, edge_length(surface, params.target)) {
-        (Target::Count(n), _) => n,
-        (_, length) => {
-            let h = length.expect("every target but a count has a length: this is a bug in tetcvt");
-            checked_count((surface.volume() / cell(h)).round().max(4.0))?
-        }
+    let count_at = |h: f64| checked_count((surface.volume() / (counts::CELL * h * h * h)).round().max(4.0));
+    let count = match params.target {
+        Target::Count(n) => n,
+        Target::Edge(l) => count_at(l * surface.frame().scale)?,
+        Target::RelativeEdge(share) => count_at(share * surface.diagonal())?,
     };
     let spacing = (surface.volume() / (counts::CELL * count as f64)).cbrt();
     let positions = Interior::new(surface, &[], spacing).place(count, params.start, params.random_seed);

@@ -60,7 +60,7 @@ pub(super) fn add_surface_seeds(
     loop {
         let candidates = candidates(surface, plan, wanted, &mut rng);
         let chosen = CLEARANCES.iter().find_map(|&c| {
-            let clear = clear_of_creases(surface, features, plan, c, &candidates);
+            let clear = clear_of_creases(surface, features, (demand, plan), c, &candidates);
             let enough = clear.len() >= 2 * plan.surface || (c == 0.0 && clear.len() > plan.surface);
             enough.then_some(clear)
         });
@@ -120,12 +120,13 @@ fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec
 fn clear_of_creases(
     surface: &Surface,
     features: &Features,
-    plan: &Plan,
+    (demand, plan): (&Demand, &Plan),
     clearance: f64,
     candidates: &[(u32, Sample)],
 ) -> Vec<(u32, Sample)> {
     let mut points = Vec::new();
-    for c in &features.curves {
+    let kept = features.curves.iter().zip(demand.needs()).filter(|(_, n)| n.kept);
+    for (c, _) in kept {
         for e in c.vertices.windows(2) {
             let [p, q] = [e[0], e[1]].map(|v| surface.points()[v as usize]);
             let step = 0.2 * plan.sizes[e[0] as usize].min(plan.sizes[e[1] as usize]);
@@ -133,7 +134,7 @@ fn clear_of_creases(
             points.extend((0..=parts as usize).map(|i| p.lerp(q, i as f64 / parts)));
         }
     }
-    points.extend(features.corners.iter().map(|&v| surface.points()[v as usize]));
+    points.extend(demand.corners().iter().map(|&v| surface.points()[v as usize]));
     if points.is_empty() || clearance == 0.0 {
         return candidates.to_vec();
     }
