@@ -38,8 +38,10 @@ pub(super) struct Demand<'a> {
     corners: Vec<u32>,
     /// Volume, area, integral of mean curvature and of half the Gaussian curvature: Steiner's coefficients.
     steiner: [f64; 4],
-    /// Cells' worth of area that the corners cover.
+    /// Cells' worth of area around the corners that creases reach.
     corner_cells: f64,
+    /// The same for the tips of cones, which no crease reaches.
+    tip_cells: f64,
     /// Seeds that each shell needs beside its corners and the least of its curves.
     shell_least: Vec<usize>,
     /// The largest spacing allowed at each vertex; infinite where nothing is thin.
@@ -90,6 +92,7 @@ impl<'a> Demand<'a> {
             corners: Vec::new(),
             steiner: steiner(surface),
             corner_cells: 0.0,
+            tip_cells: 0.0,
             shell_least: Vec::new(),
             limits: vec![f64::INFINITY; surface.points().len()],
         };
@@ -98,7 +101,12 @@ impl<'a> Demand<'a> {
             Size::Count(n) => demand.plain_spacing(n),
         };
         (demand.needs, demand.corners) = curves::needs(surface, features, spacing);
-        demand.corner_cells = corner_cells(surface, &demand.corners);
+        let mut on_crease: Vec<u32> = features.curves.iter().flat_map(|c| c.vertices.iter().copied()).collect();
+        on_crease.sort_unstable();
+        let (reached, tips): (Vec<u32>, Vec<u32>) =
+            demand.corners.iter().partition(|&v| on_crease.binary_search(v).is_ok());
+        demand.corner_cells = corner_cells(surface, &reached);
+        demand.tip_cells = corner_cells(surface, &tips);
         demand.shell_least = demand.shell_deficits();
         demand
     }
@@ -188,6 +196,15 @@ impl<'a> Demand<'a> {
         self.features.curves.iter().zip(&self.needs).map(wanted).collect()
     }
 
+    /// Cells' worth of area that `on_curves` seeds of creases and the corners cover: one each, but no more than a band
+    /// along the creases, where corners crowd.
+    fn covered(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
+        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let kept = self.features.curves.iter().zip(&self.needs).filter(|(_, n)| n.kept);
+        let band: f64 = kept.map(|(c, _)| curves::steps(c, spacing)).sum();
+        self.tip_cells + (on_curves + self.corner_cells).min(band)
+    }
+
     fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
         let mut cells = 0.0;
         let mut plain = self.steiner[1];
@@ -205,7 +222,7 @@ impl<'a> Demand<'a> {
         }
         cells += plain.max(0.0) / (HEXAGON * h * h);
         let least: usize = self.shell_least.iter().sum();
-        (cells - on_curves - self.corner_cells).max(least as f64)
+        (cells - self.covered(h, stretch, on_curves)).max(least as f64)
     }
 
     /// Volume deeper than the surface's own layer over the volume of a cell.

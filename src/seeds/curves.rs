@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Anchor;
+use super::grid::CellGrid;
 use crate::geometry::frame::snap;
 use crate::surface::Surface;
 use crate::surface::features::{Curve, Features};
@@ -40,15 +41,17 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
         network[a.max(b) as usize] = a.min(b);
     }
     let mut lengths = vec![0.0; network.len()];
-    let mut ended = vec![false; network.len()];
+    let mut ends_at = vec![0u32; network.len()];
     for c in &features.curves {
         let (a, b) = ends(c);
         lengths[root(&mut network, a) as usize] += c.length();
-        (ended[a as usize], ended[b as usize]) = (true, true);
+        ends_at[a as usize] += 1;
+        ends_at[b as usize] += 1;
     }
     let mut kept = |v: u32| lengths[root(&mut network, v) as usize] >= RESOLVED * spacing;
     // A corner without a crease is the tip of a cone.
-    let corners: Vec<u32> = features.corners.iter().copied().filter(|&v| !ended[v as usize] || kept(v)).collect();
+    let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
+    let corners = spread_corners(surface, corners, &ends_at, spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
     let mut need = |c: &Curve| {
@@ -62,9 +65,36 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
             _ => usize::from(twins > 1),
         };
         let kept = kept(pair.0);
-        CurveNeed { kept, closed, least: if kept { least } else { 0 } }
+        // Shorter than half a spacing, it may collapse.
+        let least = if kept && c.length() > 0.5 * spacing { least } else { 0 };
+        CurveNeed { kept, closed: closed && least > 0, least }
     };
     (features.curves.iter().map(&mut need).collect(), corners)
+}
+
+/// The corners but those that crowd another: where three creases or more meet comes first, then tips and the lower index.
+fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], spacing: f64) -> Vec<u32> {
+    let rank = |v: u32| match ends_at[v as usize] {
+        3.. => 0,
+        0 => 1,
+        _ => 2,
+    };
+    corners.sort_by_key(|&v| (rank(v), v));
+    let reach = super::CROWDED * spacing;
+    let positions: Vec<DVec3> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
+    let grid = CellGrid::new(&positions, 2.0 * reach);
+    let mut stays = vec![true; corners.len()];
+    for i in 0..corners.len() {
+        let mut crowded = false;
+        grid.near(positions[i], reach, |j| {
+            let j = j as usize;
+            crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach;
+        });
+        stays[i] = !crowded;
+    }
+    let mut kept: Vec<u32> = corners.iter().zip(&stays).filter(|(_, s)| **s).map(|(&v, _)| v).collect();
+    kept.sort_unstable();
+    kept
 }
 
 /// The least vertex of the network that holds `v`.

@@ -14,6 +14,7 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::blocks::Blocks;
 use super::counts::CELL;
 use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
@@ -44,16 +45,22 @@ pub(super) struct Interior<'a> {
     surface: &'a Surface,
     boundary: &'a [BoundarySeed],
     grid: CellGrid,
+    blocks: &'a Blocks,
     spacing: f64,
     bounds: BoundingBox,
 }
 
 impl<'a> Interior<'a> {
     /// The interior of `surface`, clear of `boundary`.
-    pub(super) fn new(surface: &'a Surface, boundary: &'a [BoundarySeed], spacing: f64) -> Interior<'a> {
+    pub(super) fn new(
+        surface: &'a Surface,
+        blocks: &'a Blocks,
+        boundary: &'a [BoundarySeed],
+        spacing: f64,
+    ) -> Interior<'a> {
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).collect();
         let bounds = BoundingBox::of(surface.points());
-        Interior { surface, boundary, grid: CellGrid::new(&positions, 2.0 * spacing), spacing, bounds }
+        Interior { surface, boundary, grid: CellGrid::new(&positions, 2.0 * spacing), blocks, spacing, bounds }
     }
 
     /// At most `count` seeds; fewer where there is no room.
@@ -87,7 +94,7 @@ impl<'a> Interior<'a> {
                 return None;
             }
         }
-        self.surface.tree().is_inside(p).then_some(nearest.0.sqrt())
+        self.blocks.is_inside(self.surface, p).then_some(nearest.0.sqrt())
     }
 
     /// The points with their clearances, those that have none left out.

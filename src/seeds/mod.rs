@@ -8,12 +8,17 @@
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::geometry::bounding_box::BoundingBox;
 use crate::params::{Boundary, Params, Target};
 use crate::surface::Surface;
 use crate::surface::features::Features;
+use blocks::Blocks;
 use counts::{Demand, Plan, Shortage, Size};
+use grid::CellGrid;
 use interior::Interior;
 use surface_sampling::BoundarySeed;
+
+mod blocks;
 
 mod counts;
 
@@ -102,6 +107,9 @@ mod stream {
     pub(super) const INTERIOR: u64 = 3;
 }
 
+/// Seeds of creases nearer than so many spacings to a corner or another such seed are one too many.
+const CROWDED: f64 = 0.25;
+
 /// The largest count that the kernel's indices allow.
 const MOST: f64 = 1e8;
 
@@ -118,10 +126,11 @@ pub fn sample(surface: &Surface, features: &Features, params: &Params) -> Result
 /// Seeds on corners, creases, the surface, and inside.
 fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
     let (demand, mut plan, count) = planned(surface, features, params)?;
+    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), plan.spacing);
     // Where the walls are too thin for the interior seeds, these go on the surface.
     loop {
         let boundary = boundary_seeds(surface, features, (&demand, &plan), params.random_seed);
-        let interior = Interior::new(surface, &boundary, plan.spacing);
+        let interior = Interior::new(surface, &blocks, &boundary, plan.spacing);
         let inside = interior.place(plan.interior, params.start, params.random_seed);
         if inside.len() < plan.interior {
             plan.surface += plan.interior - inside.len();
@@ -233,8 +242,39 @@ fn boundary_seeds(
             seeds.push(BoundarySeed { position, anchor, normal: DVec3::ZERO, spacing });
         }
     }
-    surface_sampling::add_surface_seeds(surface, features, (demand, plan), random_seed, &mut seeds);
+    let dropped = drop_crowded(demand, plan, &mut seeds);
+    surface_sampling::add_surface_seeds(surface, features, (demand, plan), dropped, random_seed, &mut seeds);
     seeds
+}
+
+/// Takes out seeds of creases that crowd a corner or another crease's seed, and says how many. Creases keep the least
+/// that they need.
+fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> usize {
+    let positions: Vec<DVec3> = seeds.iter().map(|s| s.position).collect();
+    let grid = CellGrid::new(&positions, 0.5 * plan.spacing);
+    let mut left = plan.curves.clone();
+    let mut stays = vec![true; seeds.len()];
+    for (i, s) in seeds.iter().enumerate() {
+        let Anchor::Curve { curve, .. } = s.anchor else { continue };
+        let curve = curve as usize;
+        if left[curve] <= demand.needs()[curve].least {
+            continue;
+        }
+        let reach = CROWDED * s.spacing;
+        let mut crowded = false;
+        grid.near(s.position, reach, |j| {
+            let earlier = (j as usize) < i && stays[j as usize];
+            crowded |= earlier && positions[j as usize].distance(s.position) < reach;
+        });
+        if crowded {
+            stays[i] = false;
+            left[curve] -= 1;
+        }
+    }
+    let before = seeds.len();
+    let mut stay = stays.iter();
+    seeds.retain(|_| *stay.next().expect("one flag for each seed: this is a bug in tetcvt"));
+    before - seeds.len()
 }
 
 /// Seeds inside alone, the same density everywhere.
@@ -246,7 +286,8 @@ fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
         Target::RelativeEdge(share) => count_at(share * surface.diagonal())?,
     };
     let spacing = (surface.volume() / (counts::CELL * count as f64)).cbrt();
-    let positions = Interior::new(surface, &[], spacing).place(count, params.start, params.random_seed);
+    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), spacing);
+    let positions = Interior::new(surface, &blocks, &[], spacing).place(count, params.start, params.random_seed);
     if positions.len() < count {
         return Err(Error::TooFewSeeds {
             count,
