@@ -34,14 +34,27 @@ pub(super) struct Demand<'a> {
     surface: &'a Surface,
     features: &'a Features,
     needs: Vec<CurveNeed>,
+    /// Corners that are kept.
+    corners: Vec<u32>,
     /// Volume, area, integral of mean curvature and of half the Gaussian curvature: Steiner's coefficients.
     steiner: [f64; 4],
-    /// Cells' worth of area that the corners cover.
+    /// Cells' worth of area around the corners that creases reach.
     corner_cells: f64,
+    /// The same for the tips of cones, which no crease reaches.
+    tip_cells: f64,
     /// Seeds that each shell needs beside its corners and the least of its curves.
     shell_least: Vec<usize>,
     /// The largest spacing allowed at each vertex; infinite where nothing is thin.
     limits: Vec<f64>,
+}
+
+/// How fine the mesh is to be.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Size {
+    /// So many vertices.
+    Count(usize),
+    /// Edges of this length, in the frame.
+    Length(f64),
 }
 
 /// The size and the counts that follow from it.
@@ -63,26 +76,61 @@ pub(super) struct Plan {
 #[derive(Clone, Debug)]
 pub(super) struct Shortage {
     pub(super) needed: usize,
+    /// Whether thin walls are the cause.
+    pub(super) thin: bool,
     pub(super) reason: String,
     pub(super) vertex: u32,
 }
 
 impl<'a> Demand<'a> {
-    /// Measures `surface`; no limit is set yet.
-    pub(super) fn measure(surface: &'a Surface, features: &'a Features) -> Demand<'a> {
-        let limits = vec![f64::INFINITY; surface.points().len()];
-        let needs = curves::needs(features);
+    /// Measures `surface` for a mesh of so many vertices, or of edges of such a length; no limit is set yet.
+    pub(super) fn measure(surface: &'a Surface, features: &'a Features, target: Size) -> Demand<'a> {
         let mut demand = Demand {
             surface,
             features,
-            needs,
+            needs: Vec::new(),
+            corners: Vec::new(),
             steiner: steiner(surface),
-            corner_cells: corner_cells(surface, features),
+            corner_cells: 0.0,
+            tip_cells: 0.0,
             shell_least: Vec::new(),
-            limits,
+            limits: vec![f64::INFINITY; surface.points().len()],
         };
+        let spacing = match target {
+            Size::Length(h) => h,
+            Size::Count(n) => demand.plain_spacing(n),
+        };
+        (demand.needs, demand.corners) = curves::needs(surface, features, spacing);
+        let mut on_crease: Vec<u32> = features.curves.iter().flat_map(|c| c.vertices.iter().copied()).collect();
+        on_crease.sort_unstable();
+        let (reached, tips): (Vec<u32>, Vec<u32>) =
+            demand.corners.iter().partition(|&v| on_crease.binary_search(v).is_ok());
+        demand.corner_cells = corner_cells(surface, &reached);
+        demand.tip_cells = corner_cells(surface, &tips);
         demand.shell_least = demand.shell_deficits();
         demand
+    }
+
+    /// The surface measured.
+    pub(super) fn surface(&self) -> &'a Surface {
+        self.surface
+    }
+
+    /// Its features.
+    pub(super) fn features(&self) -> &'a Features {
+        self.features
+    }
+
+    /// The spacing of `count` seeds if there were neither creases nor thin walls.
+    pub(super) fn plain_spacing(&self, count: usize) -> f64 {
+        let coarsest = 8.0 * self.surface.diagonal();
+        let plain = |h: f64| self.steiner[1] / (HEXAGON * h * h) + self.interior_wanted(h);
+        bisect(1e-6 * coarsest, coarsest, |h| plain(h) > count as f64)
+    }
+
+    /// The corners that are kept.
+    pub(super) fn corners(&self) -> &[u32] {
+        &self.corners
     }
 
     /// Sets the largest spacing allowed at each vertex.
@@ -104,10 +152,12 @@ impl<'a> Demand<'a> {
     pub(super) fn total(&self, h: f64, stretch: f64) -> f64 {
         let curves: f64 = self.curves_wanted(h, stretch).iter().sum();
         let surface = self.surface_wanted(h, stretch, curves);
-        self.features.corners.len() as f64 + curves + surface + self.interior_wanted(h)
+        self.corners.len() as f64 + curves + surface + self.interior_wanted(h)
     }
 
     /// The plan for exactly `count` seeds.
+    ///
+    /// Where walls are too thin for that, the shortage knows of limits down to [`super::thickness::FLOOR`] only.
     pub(super) fn plan(&self, count: usize) -> Result<Plan, Shortage> {
         self.refuse_hopeless(count)?;
         let n = count as f64;
@@ -128,7 +178,7 @@ impl<'a> Demand<'a> {
 
     /// The count that edges of length h need.
     pub(super) fn count_for(&self, h: f64) -> f64 {
-        let least = self.features.corners.len() + self.least_of_curves() + self.shell_least.iter().sum::<usize>();
+        let least = self.corners.len() + self.least_of_curves() + self.shell_least.iter().sum::<usize>();
         self.total(h, 1.0).round().max(least.max(4) as f64)
     }
 
@@ -137,13 +187,22 @@ impl<'a> Demand<'a> {
     }
 
     fn least_of_curves(&self) -> usize {
-        self.needs.iter().map(|n| n.least.max(if n.closed { 3 } else { 0 })).sum()
+        self.needs.iter().map(|n| n.least).sum()
     }
 
     fn curves_wanted(&self, h: f64, stretch: f64) -> Vec<f64> {
         let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
         let wanted = |(c, n): (_, &CurveNeed)| n.wanted(curves::steps(c, spacing));
         self.features.curves.iter().zip(&self.needs).map(wanted).collect()
+    }
+
+    /// Cells' worth of area that `on_curves` seeds of creases and the corners cover: one each, but no more than a band
+    /// along the creases, where corners crowd.
+    fn covered(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
+        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let kept = self.features.curves.iter().zip(&self.needs).filter(|(_, n)| n.kept);
+        let band: f64 = kept.map(|(c, _)| curves::steps(c, spacing)).sum();
+        self.tip_cells + (on_curves + self.corner_cells).min(band)
     }
 
     fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
@@ -163,7 +222,7 @@ impl<'a> Demand<'a> {
         }
         cells += plain.max(0.0) / (HEXAGON * h * h);
         let least: usize = self.shell_least.iter().sum();
-        (cells - on_curves - self.corner_cells).max(least as f64)
+        (cells - self.covered(h, stretch, on_curves)).max(least as f64)
     }
 
     /// Volume deeper than the surface's own layer over the volume of a cell.
@@ -178,7 +237,7 @@ impl<'a> Demand<'a> {
 
     /// Rounds the wanted counts so that their sum is `count`.
     fn whole_counts(&self, count: usize, spacing: f64, stretch: f64, sizes: Vec<f64>) -> Result<Plan, Shortage> {
-        let corners = self.features.corners.len();
+        let corners = self.corners.len();
         let shell_least: usize = self.shell_least.iter().sum();
         let wanted = self.curves_wanted(spacing, stretch);
         let mut curves: Vec<usize> = wanted.iter().map(|w| w.round() as usize).collect();
@@ -186,7 +245,7 @@ impl<'a> Demand<'a> {
         let room = count - corners - shell_least;
         let mut total: usize = curves.iter().sum();
         while total > room {
-            let slack = |i: &usize| curves[*i] > self.needs[*i].least.max(if self.needs[*i].closed { 3 } else { 0 });
+            let slack = |i: &usize| curves[*i] > self.needs[*i].least;
             let excess = |i: usize| curves[i] as f64 / (wanted[i] + 1.0);
             let most = (0..curves.len()).filter(slack).max_by(|&a, &b| excess(a).total_cmp(&excess(b)));
             let most = most.expect("the least of the curves fits: this is a bug in tetcvt");
@@ -204,21 +263,21 @@ impl<'a> Demand<'a> {
 
     /// What no spacing brings below `count`: corners, the least of the curves, four seeds on each shell.
     fn refuse_hopeless(&self, count: usize) -> Result<(), Shortage> {
-        let corners = self.features.corners.len();
+        let corners = self.corners.len();
         let least = corners + self.least_of_curves() + self.shell_least.iter().sum::<usize>();
         if least <= count {
             return Ok(());
         }
         if count < corners {
             let reason = format!("{corners} corners cannot all be kept");
-            return Err(Shortage { needed: least, reason, vertex: self.features.corners[count] });
+            return Err(Shortage { needed: least, thin: false, reason, vertex: self.corners[count] });
         }
         let mut used = corners;
         for (c, n) in self.features.curves.iter().zip(&self.needs) {
             used += n.least;
             if used > count {
                 let reason = format!("{corners} corners and {} creases cannot all be kept", self.needs.len());
-                return Err(Shortage { needed: least, reason, vertex: c.vertices[c.vertices.len() / 2] });
+                return Err(Shortage { needed: least, thin: false, reason, vertex: c.vertices[c.vertices.len() / 2] });
             }
         }
         let mut shell = 0;
@@ -231,7 +290,7 @@ impl<'a> Demand<'a> {
         }
         let t = self.surface.shell().iter().position(|&s| s == shell).unwrap_or(0);
         let reason = format!("{} shells cannot all be kept", self.shell_least.len());
-        Err(Shortage { needed: least, reason, vertex: self.surface.triangles()[t][0] })
+        Err(Shortage { needed: least, thin: false, reason, vertex: self.surface.triangles()[t][0] })
     }
 
     fn thin_shortage(&self) -> Shortage {
@@ -240,13 +299,13 @@ impl<'a> Demand<'a> {
         let needed = self.total(8.0 * self.surface.diagonal(), 1.0).ceil() as usize;
         let length = self.surface.frame().length_to_model(self.limits[least]);
         let reason = format!("thin walls or narrow gaps need edges of about {length:.3e}");
-        Shortage { needed: needed + needed / 50, reason, vertex: least as u32 }
+        Shortage { needed: needed + needed / 50, thin: true, reason, vertex: least as u32 }
     }
 
     fn shell_deficits(&self) -> Vec<usize> {
         let mut have = vec![0usize; self.surface.solid_of_shell().len()];
         let shell_of = self.shell_of_vertices();
-        for &v in &self.features.corners {
+        for &v in &self.corners {
             have[shell_of[v as usize] as usize] += 1;
         }
         for (c, n) in self.features.curves.iter().zip(&self.needs) {
@@ -312,9 +371,9 @@ fn steiner(surface: &Surface) -> [f64; 4] {
 }
 
 /// Cells' worth of area around the corners: the angle of their fans over a full turn.
-fn corner_cells(surface: &Surface, features: &Features) -> f64 {
+fn corner_cells(surface: &Surface, corners: &[u32]) -> f64 {
     let mut is_corner = vec![false; surface.points().len()];
-    features.corners.iter().for_each(|&v| is_corner[v as usize] = true);
+    corners.iter().for_each(|&v| is_corner[v as usize] = true);
     let mut angles = 0.0;
     for v in surface.triangles() {
         for i in 0..3 {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Anchor;
+use super::grid::CellGrid;
 use crate::geometry::frame::snap;
 use crate::surface::Surface;
 use crate::surface::features::{Curve, Features};
@@ -10,9 +11,15 @@ use crate::surface::features::{Curve, Features};
 /// Up to so many spacings long, a crease between two corners is one edge of the mesh.
 const LONGEST_EDGE: f64 = 1.2;
 
+/// Networks of creases shorter than so many spacings in all are below the resolution of the mesh: on a scanned surface
+/// they are noise, and their corners, fixed and far closer than the spacing, would spoil the mesh around them.
+const RESOLVED: f64 = 2.0;
+
 /// What decides how many seeds a crease gets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CurveNeed {
+    /// Whether it is kept at all.
+    pub(super) kept: bool,
     /// Whether it is a closed loop without a corner.
     pub(super) closed: bool,
     /// Seeds without which its chain of edges would not be itself: 3 for a loop, 2 for a loop with one corner, 1
@@ -20,34 +27,91 @@ pub(super) struct CurveNeed {
     pub(super) least: usize,
 }
 
-/// The needs of every curve of `features`.
-pub(super) fn needs(features: &Features) -> Vec<CurveNeed> {
+/// The needs of every curve of `features`, and the corners that are kept, where the spacing is about `spacing`.
+pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Vec<CurveNeed>, Vec<u32>) {
     let ends = |c: &Curve| {
         let (a, b) = (c.vertices[0], c.vertices[c.vertices.len() - 1]);
         (a.min(b), a.max(b))
     };
-    let mut corners = features.corners.clone();
-    corners.sort_unstable();
+    // Networks: curves joined at their ends, each network named after its least vertex.
+    let mut network: Vec<u32> = (0..surface.points().len() as u32).collect();
+    for c in &features.curves {
+        let (a, b) = ends(c);
+        let (a, b) = (root(&mut network, a), root(&mut network, b));
+        network[a.max(b) as usize] = a.min(b);
+    }
+    let mut lengths = vec![0.0; network.len()];
+    let mut ends_at = vec![0u32; network.len()];
+    for c in &features.curves {
+        let (a, b) = ends(c);
+        lengths[root(&mut network, a) as usize] += c.length();
+        ends_at[a as usize] += 1;
+        ends_at[b as usize] += 1;
+    }
+    let mut kept = |v: u32| lengths[root(&mut network, v) as usize] >= RESOLVED * spacing;
+    // A corner without a crease is the tip of a cone.
+    let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
+    let corners = spread_corners(surface, corners, &ends_at, spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
-    let need = |c: &Curve| {
+    let mut need = |c: &Curve| {
         let pair = ends(c);
         let loops = pair.0 == pair.1;
-        let closed = loops && corners.binary_search(&pair.0).is_err();
+        let closed = loops && features.corners.binary_search(&pair.0).is_err();
         let twins = pairs.partition_point(|&p| p <= pair) - pairs.partition_point(|&p| p < pair);
         let least = match (closed, loops) {
             (true, _) => 3,
             (false, true) => 2,
             _ => usize::from(twins > 1),
         };
-        CurveNeed { closed, least }
+        let kept = kept(pair.0);
+        // Shorter than half a spacing, it may collapse.
+        let least = if kept && c.length() > 0.5 * spacing { least } else { 0 };
+        CurveNeed { kept, closed: closed && least > 0, least }
     };
-    features.curves.iter().map(need).collect()
+    (features.curves.iter().map(&mut need).collect(), corners)
+}
+
+/// The corners but those that crowd another: where three creases or more meet comes first, then tips and the lower index.
+fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], spacing: f64) -> Vec<u32> {
+    let rank = |v: u32| match ends_at[v as usize] {
+        3.. => 0,
+        0 => 1,
+        _ => 2,
+    };
+    corners.sort_by_key(|&v| (rank(v), v));
+    let reach = super::CROWDED * spacing;
+    let positions: Vec<DVec3> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
+    let grid = CellGrid::new(&positions, 2.0 * reach);
+    let mut stays = vec![true; corners.len()];
+    for i in 0..corners.len() {
+        let mut crowded = false;
+        grid.near(positions[i], reach, |j| {
+            let j = j as usize;
+            crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach;
+        });
+        stays[i] = !crowded;
+    }
+    let mut kept: Vec<u32> = corners.iter().zip(&stays).filter(|(_, s)| **s).map(|(&v, _)| v).collect();
+    kept.sort_unstable();
+    kept
+}
+
+/// The least vertex of the network that holds `v`.
+fn root(network: &mut [u32], mut v: u32) -> u32 {
+    while network[v as usize] != v {
+        network[v as usize] = network[network[v as usize] as usize];
+        v = network[v as usize];
+    }
+    v
 }
 
 impl CurveNeed {
     /// Seeds wanted on a crease that is `steps` spacings long, not yet a whole number.
     pub(super) fn wanted(&self, steps: f64) -> f64 {
+        if !self.kept {
+            return 0.0;
+        }
         if self.closed {
             return steps.max(3.0);
         }

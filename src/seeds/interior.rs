@@ -14,6 +14,7 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::blocks::Blocks;
 use super::counts::CELL;
 use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
@@ -44,16 +45,22 @@ pub(super) struct Interior<'a> {
     surface: &'a Surface,
     boundary: &'a [BoundarySeed],
     grid: CellGrid,
+    blocks: &'a Blocks,
     spacing: f64,
     bounds: BoundingBox,
 }
 
 impl<'a> Interior<'a> {
     /// The interior of `surface`, clear of `boundary`.
-    pub(super) fn new(surface: &'a Surface, boundary: &'a [BoundarySeed], spacing: f64) -> Interior<'a> {
+    pub(super) fn new(
+        surface: &'a Surface,
+        blocks: &'a Blocks,
+        boundary: &'a [BoundarySeed],
+        spacing: f64,
+    ) -> Interior<'a> {
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).collect();
         let bounds = BoundingBox::of(surface.points());
-        Interior { surface, boundary, grid: CellGrid::new(&positions, spacing), spacing, bounds }
+        Interior { surface, boundary, grid: CellGrid::new(&positions, 2.0 * spacing), blocks, spacing, bounds }
     }
 
     /// At most `count` seeds; fewer where there is no room.
@@ -69,12 +76,10 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// How far `p` is from the boundary's seeds, in spacings and at most 1.5; none if it is outside or too close.
+    /// How far `p` is from the boundary's seeds, in spacings and at most 1; none if it is outside or too close.
     fn clearance(&self, p: DVec3) -> Option<f64> {
-        const MOST: f64 = 1.5;
-        let reach = MOST * self.spacing;
-        let mut nearest = (MOST * MOST, None);
-        self.grid.near(p, reach, |i| {
+        let mut nearest = (1.0, None);
+        self.grid.near(p, self.spacing, |i| {
             let s = &self.boundary[i as usize];
             let d2 = p.distance_squared(s.position) / (s.spacing * s.spacing);
             if d2 < nearest.0 {
@@ -84,12 +89,12 @@ impl<'a> Interior<'a> {
         if let (d2, Some(i)) = nearest {
             let s = &self.boundary[i as usize];
             let close = d2 < CLEARANCE * CLEARANCE;
-            let shallow = d2 < 1.0 && s.normal != DVec3::ZERO && (s.position - p).dot(s.normal) < DEPTH * s.spacing;
+            let shallow = s.normal != DVec3::ZERO && (s.position - p).dot(s.normal) < DEPTH * s.spacing;
             if close || shallow {
                 return None;
             }
         }
-        self.surface.tree().is_inside(p).then_some(nearest.0.sqrt())
+        self.blocks.is_inside(self.surface, p).then_some(nearest.0.sqrt())
     }
 
     /// The points with their clearances, those that have none left out.

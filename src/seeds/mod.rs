@@ -8,12 +8,17 @@
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::geometry::bounding_box::BoundingBox;
 use crate::params::{Boundary, Params, Target};
 use crate::surface::Surface;
 use crate::surface::features::Features;
-use counts::{Demand, Plan, Shortage};
+use blocks::Blocks;
+use counts::{Demand, Plan, Shortage, Size};
+use grid::CellGrid;
 use interior::Interior;
 use surface_sampling::BoundarySeed;
+
+mod blocks;
 
 mod counts;
 
@@ -102,6 +107,9 @@ mod stream {
     pub(super) const INTERIOR: u64 = 3;
 }
 
+/// Seeds of creases nearer than so many spacings to a corner or another such seed are one too many.
+const CROWDED: f64 = 0.25;
+
 /// The largest count that the kernel's indices allow.
 const MOST: f64 = 1e8;
 
@@ -118,10 +126,11 @@ pub fn sample(surface: &Surface, features: &Features, params: &Params) -> Result
 /// Seeds on corners, creases, the surface, and inside.
 fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
     let (demand, mut plan, count) = planned(surface, features, params)?;
+    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), plan.spacing);
     // Where the walls are too thin for the interior seeds, these go on the surface.
     loop {
         let boundary = boundary_seeds(surface, features, (&demand, &plan), params.random_seed);
-        let interior = Interior::new(surface, &boundary, plan.spacing);
+        let interior = Interior::new(surface, &blocks, &boundary, plan.spacing);
         let inside = interior.place(plan.interior, params.start, params.random_seed);
         if inside.len() < plan.interior {
             plan.surface += plan.interior - inside.len();
@@ -142,28 +151,24 @@ fn planned<'a>(
     features: &'a Features,
     params: &Params,
 ) -> Result<(Demand<'a>, Plan, usize), Error> {
-    let mut demand = Demand::measure(surface, features);
-    let length = edge_length(surface, params.target);
-    let count_at = |demand: &Demand| match (params.target, length) {
-        (Target::Count(n), _) => Ok(n),
-        (_, Some(h)) => checked_count(demand.count_for(h)),
-        (_, None) => unreachable!("every target but a count has a length: this is a bug in tetcvt"),
+    let size = match params.target {
+        Target::Count(n) => Size::Count(n),
+        Target::Edge(l) => Size::Length(l * surface.frame().scale),
+        Target::RelativeEdge(share) => Size::Length(share * surface.diagonal()),
     };
-    let mut count = count_at(&demand)?;
-    let too_few = |count: usize, s: Shortage| Error::TooFewSeeds {
-        count,
-        needed: s.needed.max(count + 1),
-        reason: s.reason,
-        place: surface.frame().to_model(surface.points()[s.vertex as usize]).to_array(),
-    };
-    let mut plan = demand.plan(count).map_err(|s| too_few(count, s))?;
+    let mut demand = Demand::measure(surface, features, size);
+    let mut count = count_for(&demand, size)?;
+    let mut plan = demand.plan(count).map_err(|s| too_few(surface, count, s))?;
     // Limits are sought below the spacing at hand; seeds that thin walls take leave a larger one elsewhere, where more
     // may be thin.
     for _ in 0..3 {
         let sought = plan.spacing;
         demand.limit(thickness::limits(surface, features, sought, params.random_seed));
-        count = count_at(&demand)?;
-        plan = demand.plan(count).map_err(|s| too_few(count, s))?;
+        count = count_for(&demand, size)?;
+        plan = match demand.plan(count) {
+            Ok(plan) => plan,
+            Err(shortage) => return Err(too_few(surface, count, honest(&mut demand, shortage, params.random_seed))),
+        };
         if plan.spacing <= 1.1 * sought {
             break;
         }
@@ -171,12 +176,37 @@ fn planned<'a>(
     Ok((demand, plan, count))
 }
 
-/// The edge length asked for, in the frame; none where a count was.
-fn edge_length(surface: &Surface, target: Target) -> Option<f64> {
-    match target {
-        Target::Count(_) => None,
-        Target::Edge(l) => Some(l * surface.frame().scale),
-        Target::RelativeEdge(share) => Some(share * surface.diagonal()),
+/// A shortage at thin walls was measured at a coarse spacing: the count needed, measured again at the spacing that it
+/// gives, until it would do.
+fn honest(demand: &mut Demand, mut shortage: Shortage, random_seed: u64) -> Shortage {
+    for _ in 0..6 {
+        if !shortage.thin {
+            break;
+        }
+        let spacing = demand.plain_spacing(shortage.needed);
+        demand.limit(thickness::limits(demand.surface(), demand.features(), spacing, random_seed));
+        let vertex = shortage.vertex;
+        match demand.plan(shortage.needed) {
+            Ok(_) => break,
+            Err(next) => shortage = Shortage { vertex, ..next },
+        }
+    }
+    shortage
+}
+
+fn too_few(surface: &Surface, count: usize, shortage: Shortage) -> Error {
+    Error::TooFewSeeds {
+        count,
+        needed: shortage.needed.max(count + 1),
+        reason: shortage.reason,
+        place: surface.frame().to_model(surface.points()[shortage.vertex as usize]).to_array(),
+    }
+}
+
+fn count_for(demand: &Demand, size: Size) -> Result<usize, Error> {
+    match size {
+        Size::Count(n) => Ok(n),
+        Size::Length(h) => checked_count(demand.count_for(h)),
     }
 }
 
@@ -201,7 +231,7 @@ fn boundary_seeds(
         normal: DVec3::ZERO,
         spacing: plan.sizes[v as usize],
     };
-    let mut seeds: Vec<BoundarySeed> = features.corners.iter().map(on_corner).collect();
+    let mut seeds: Vec<BoundarySeed> = demand.corners().iter().map(on_corner).collect();
     for (i, (need, &count)) in demand.needs().iter().zip(&plan.curves).enumerate() {
         let curve = &features.curves[i];
         let spacing = |v: u32| plan.sizes[v as usize];
@@ -212,22 +242,52 @@ fn boundary_seeds(
             seeds.push(BoundarySeed { position, anchor, normal: DVec3::ZERO, spacing });
         }
     }
-    surface_sampling::add_surface_seeds(surface, features, (demand, plan), random_seed, &mut seeds);
+    let dropped = drop_crowded(demand, plan, &mut seeds);
+    surface_sampling::add_surface_seeds(surface, features, (demand, plan), dropped, random_seed, &mut seeds);
     seeds
+}
+
+/// Takes out seeds of creases that crowd a corner or another crease's seed, and says how many. Creases keep the least
+/// that they need.
+fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> usize {
+    let positions: Vec<DVec3> = seeds.iter().map(|s| s.position).collect();
+    let grid = CellGrid::new(&positions, 0.5 * plan.spacing);
+    let mut left = plan.curves.clone();
+    let mut stays = vec![true; seeds.len()];
+    for (i, s) in seeds.iter().enumerate() {
+        let Anchor::Curve { curve, .. } = s.anchor else { continue };
+        let curve = curve as usize;
+        if left[curve] <= demand.needs()[curve].least {
+            continue;
+        }
+        let reach = CROWDED * s.spacing;
+        let mut crowded = false;
+        grid.near(s.position, reach, |j| {
+            let earlier = (j as usize) < i && stays[j as usize];
+            crowded |= earlier && positions[j as usize].distance(s.position) < reach;
+        });
+        if crowded {
+            stays[i] = false;
+            left[curve] -= 1;
+        }
+    }
+    let before = seeds.len();
+    let mut stay = stays.iter();
+    seeds.retain(|_| *stay.next().expect("one flag for each seed: this is a bug in tetcvt"));
+    before - seeds.len()
 }
 
 /// Seeds inside alone, the same density everywhere.
 fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
-    let cell = |h: f64| counts::CELL * h * h * h;
-    let count = match (params.target, edge_length(surface, params.target)) {
-        (Target::Count(n), _) => n,
-        (_, length) => {
-            let h = length.expect("every target but a count has a length: this is a bug in tetcvt");
-            checked_count((surface.volume() / cell(h)).round().max(4.0))?
-        }
+    let count_at = |h: f64| checked_count((surface.volume() / (counts::CELL * h * h * h)).round().max(4.0));
+    let count = match params.target {
+        Target::Count(n) => n,
+        Target::Edge(l) => count_at(l * surface.frame().scale)?,
+        Target::RelativeEdge(share) => count_at(share * surface.diagonal())?,
     };
     let spacing = (surface.volume() / (counts::CELL * count as f64)).cbrt();
-    let positions = Interior::new(surface, &[], spacing).place(count, params.start, params.random_seed);
+    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), spacing);
+    let positions = Interior::new(surface, &blocks, &[], spacing).place(count, params.start, params.random_seed);
     if positions.len() < count {
         return Err(Error::TooFewSeeds {
             count,

@@ -40,15 +40,17 @@ pub(super) fn triangle_normal(surface: &Surface, t: u32) -> DVec3 {
     normal2(a, b, c)
 }
 
-/// Adds `count` surface seeds to `seeds`, which hold those of corners and creases.
+/// Adds the surface seeds planned, and `more`, to `seeds`, which hold those of corners and creases.
 pub(super) fn add_surface_seeds(
     surface: &Surface,
     features: &Features,
     (demand, plan): (&Demand, &Plan),
+    more: usize,
     random_seed: u64,
     seeds: &mut Vec<BoundarySeed>,
 ) {
-    if plan.surface == 0 {
+    let count = plan.surface + more;
+    if count == 0 {
         return;
     }
     let fixed: Vec<Sample> = seeds
@@ -56,12 +58,12 @@ pub(super) fn add_surface_seeds(
         .map(|s| Sample { position: s.position, normal: DVec3::ZERO, spacing: s.spacing, group: 0 })
         .collect();
     let mut rng = Rng::new(random_seed, super::stream::SURFACE);
-    let mut wanted = OVERSAMPLING * plan.surface as f64;
+    let mut wanted = OVERSAMPLING * count as f64;
     loop {
         let candidates = candidates(surface, plan, wanted, &mut rng);
         let chosen = CLEARANCES.iter().find_map(|&c| {
-            let clear = clear_of_creases(surface, features, plan, c, &candidates);
-            let enough = clear.len() >= 2 * plan.surface || (c == 0.0 && clear.len() > plan.surface);
+            let clear = clear_of_creases(surface, features, (demand, plan), c, &candidates);
+            let enough = clear.len() >= 2 * count || (c == 0.0 && clear.len() > count);
             enough.then_some(clear)
         });
         let Some(chosen) = chosen else {
@@ -69,7 +71,7 @@ pub(super) fn add_surface_seeds(
             continue;
         };
         let samples: Vec<Sample> = chosen.iter().map(|c| c.1).collect();
-        for i in eliminate(&samples, &fixed, plan.surface, demand.shell_least()) {
+        for i in eliminate(&samples, &fixed, count, demand.shell_least()) {
             let (triangle, s) = chosen[i as usize];
             let anchor = Anchor::Surface { triangle };
             seeds.push(BoundarySeed { position: s.position, anchor, normal: s.normal, spacing: s.spacing });
@@ -120,12 +122,13 @@ fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec
 fn clear_of_creases(
     surface: &Surface,
     features: &Features,
-    plan: &Plan,
+    (demand, plan): (&Demand, &Plan),
     clearance: f64,
     candidates: &[(u32, Sample)],
 ) -> Vec<(u32, Sample)> {
     let mut points = Vec::new();
-    for c in &features.curves {
+    let kept = features.curves.iter().zip(demand.needs()).filter(|(_, n)| n.kept);
+    for (c, _) in kept {
         for e in c.vertices.windows(2) {
             let [p, q] = [e[0], e[1]].map(|v| surface.points()[v as usize]);
             let step = 0.2 * plan.sizes[e[0] as usize].min(plan.sizes[e[1] as usize]);
@@ -133,7 +136,7 @@ fn clear_of_creases(
             points.extend((0..=parts as usize).map(|i| p.lerp(q, i as f64 / parts)));
         }
     }
-    points.extend(features.corners.iter().map(|&v| surface.points()[v as usize]));
+    points.extend(demand.corners().iter().map(|&v| surface.points()[v as usize]));
     if points.is_empty() || clearance == 0.0 {
         return candidates.to_vec();
     }
