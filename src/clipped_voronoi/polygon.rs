@@ -36,7 +36,11 @@ impl Polygon {
         self.lines.clear();
         self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
         for &seed in neighbors {
-            let l = view.bisector(seed, points[seed as usize]);
+            let at = points[seed as usize];
+            if view.surely_closer(at) {
+                continue;
+            }
+            let l = view.bisector(seed, at);
             let corners = [0, 1, 2].map(|c| view.side_of_corner(c, &l));
             if corners == [Sign::Positive; 3] {
                 continue;
