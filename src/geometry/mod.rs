@@ -4,6 +4,8 @@ pub mod bounding_box;
 
 pub mod frame;
 
+mod integers;
+
 pub mod predicates;
 
 pub mod tetrahedron;
