@@ -57,6 +57,7 @@ struct RimFacet {
 
 impl Construction {
     /// Marks all tets in conflict with `vertex`, spreading from `start`, as dead, and collects the rim.
+    #[inline(never)]
     pub(super) fn carve(&mut self, start: u32, vertex: u32, scratch: &mut Scratch) {
         let p = self.position(vertex);
         let Scratch { zone, rim, .. } = scratch;
@@ -106,6 +107,7 @@ impl Construction {
     }
 
     /// Numbers the new tets: those of the zone first, then other dead ones, then new ones.
+    #[inline(never)]
     fn number(&mut self, scratch: &mut Scratch) -> Result<(), Obstacle> {
         let wanted = scratch.rim.len();
         scratch.ids.clear();
@@ -130,6 +132,7 @@ impl Construction {
     }
 
     /// Numbers the vertices of the rim, and measures their spokes.
+    #[inline(never)]
     fn label(&mut self, p: DVec3, scratch: &mut Scratch) {
         scratch.spokes.clear();
         scratch.stamp += 1;
@@ -148,6 +151,7 @@ impl Construction {
 
     /// Makes the new tets, glued along edges of the rim by a table over pairs of labels. Every directed edge of the rim is
     /// written before it is read, so the table is never cleared.
+    #[inline(never)]
     fn glue_by_table(&mut self, p: DVec3, scratch: &mut Scratch) {
         for (n, facet) in scratch.rim.iter().enumerate() {
             for (j, k, l) in OTHERS[facet.slot as usize & 3] {
