@@ -14,6 +14,9 @@ impl Facet {
     /// Tets are numbered below this, so that tet and slot fit one word.
     pub const MAX_TETS: usize = 1 << 30;
 
+    /// A value to be overwritten.
+    pub(super) const BLANK: Facet = Facet(0);
+
     /// Facet `slot` (below 4) of tet `tet` (below [`Facet::MAX_TETS`]).
     #[inline]
     pub fn new(tet: u32, slot: usize) -> Facet {

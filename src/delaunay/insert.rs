@@ -139,6 +139,7 @@ impl Construction {
 
     /// The arrays of the result: vertices and facets of the tets that are alive, by least vertex. `names` gives each
     /// vertex its number in the result.
+    #[inline(never)]
     pub fn finish(self, names: &[u32]) -> TetArrays {
         let infinite = self.infinite();
         let least = |t: &Tet| t.vertices.iter().fold(u32::MAX, |m, &v| m.min(v)) as usize;

@@ -15,6 +15,7 @@ use crate::geometry::predicates::{Sign, break_tie, insphere, orient3d};
 
 impl Construction {
     /// A tet in conflict with `p`; none if a vertex is at `p` already.
+    #[inline(never)]
     pub(super) fn locate(&self, p: DVec3) -> Option<u32> {
         let mut tet = self.last;
         let mut entered = 4;

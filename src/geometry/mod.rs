@@ -6,6 +6,8 @@ pub mod frame;
 
 pub mod hilbert;
 
+mod integers;
+
 pub mod predicates;
 
 pub mod tetrahedron;

@@ -8,8 +8,9 @@
 //! - O. Devillers, M. Teillaud, *Perturbations and vertex removal in a 3D Delaunay triangulation*, Proc. 14th ACM-SIAM
 //!   Symposium on Discrete Algorithms (SODA), 2003, pp. 313-319: the perturbation.
 //!
-//! In front of the exact stage stands a filter that adapts to the size of the tet: a bound that is fixed for the whole
-//! model lets nothing pass once edges are short against it.
+//! In front of the exact stage stands a filter that adapts to the size of the tet (a bound that is fixed for the whole
+//! model lets nothing pass once edges are short against it), and between them one for points on a common grid, in
+//! integers of fixed width (`integers.rs`).
 //!
 //! **Range.** Every predicate is exact for coordinates that are multiples of 2^-200 and at most 2^60 in size: nothing
 //! of degree five in their differences can then overflow or underflow. `Delaunay` holds its points so; the frame of
@@ -19,6 +20,8 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 use robust::{Coord, Coord3D};
+
+use super::integers;
 
 /// The sign of an exact quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -98,6 +101,13 @@ pub fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
 #[cold]
 #[inline(never)]
 fn orient3d_exact(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
+    if let Some(grid) = integers::on_grid([a, b, c, d]) {
+        return Sign::of(integers::orient3d(grid).into());
+    }
+    orient3d_expansion(a, b, c, d)
+}
+
+fn orient3d_expansion(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
     // Shewchuk's sign is the opposite of ours.
     -Sign::of(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
 }
@@ -129,6 +139,13 @@ pub fn insphere(a: DVec3, b: DVec3, c: DVec3, d: DVec3, p: DVec3) -> Sign {
 #[cold]
 #[inline(never)]
 fn insphere_exact(a: DVec3, b: DVec3, c: DVec3, d: DVec3, p: DVec3) -> Sign {
+    if let Some(grid) = integers::on_grid([a, b, c, d, p]) {
+        return Sign::of(integers::insphere(grid).into());
+    }
+    insphere_expansion(a, b, c, d, p)
+}
+
+fn insphere_expansion(a: DVec3, b: DVec3, c: DVec3, d: DVec3, p: DVec3) -> Sign {
     // Shewchuk's is positive inside when his orient3d is positive, ours negative.
     -Sign::of(robust::insphere(coord(a), coord(b), coord(c), coord(d), coord(p)))
 }
@@ -213,12 +230,12 @@ mod tests {
 
     #[test]
     fn signs_follow_the_convention_in_the_filter_and_in_the_exact_stage() {
-        for orient in [orient3d, orient3d_exact] {
+        for orient in [orient3d, orient3d_exact, orient3d_expansion] {
             assert_eq!(orient(A, B, C, D), Sign::Positive);
             assert_eq!(orient(B, A, C, D), Sign::Negative);
             assert_eq!(orient(A, B, C, DVec3::new(0.3, 0.3, 0.0)), Sign::Zero);
         }
-        for inside in [insphere, insphere_exact] {
+        for inside in [insphere, insphere_exact, insphere_expansion] {
             assert_eq!(inside(A, B, C, D, DVec3::splat(0.5)), Sign::Positive);
             assert_eq!(inside(A, B, C, D, DVec3::splat(1.5)), Sign::Negative);
             assert_eq!(inside(A, B, C, D, DVec3::splat(1.0)), Sign::Zero);
