@@ -304,7 +304,8 @@ fn both_sides_of_a_thin_plate_get_their_seeds() {
     let surface = plate(thickness).surface();
     let seeds = of_count(&surface, 6000);
     assert!(surface.frame().length_to_model(seeds.spacing) < 1.5 * thickness);
-    assert!(count(&seeds, SeedKind::Surface) > 4500);
+    let on_surface = 2.0 / (0.866 * (1.5 * thickness).powi(2));
+    assert!(count(&seeds, SeedKind::Surface) as f64 > on_surface);
     // A slab with a thin fin: the fin is finer than the rest.
     let fin = cuboid(DVec3::new(2.0, 0.0, 0.0), DVec3::new(3.0, 1.0, 0.04));
     let surface = cube().and(fin).surface();
@@ -345,7 +346,8 @@ fn a_few_seeds_sit_on_the_surface() {
     let surface = ball().surface();
     for n in 4..12 {
         let seeds = of_count(&surface, n);
-        assert_eq!(count(&seeds, SeedKind::Surface), n);
+        // From seven on there is room for one in the middle.
+        assert!(count(&seeds, SeedKind::Surface) >= n - usize::from(n >= 7));
         let (mean, _) = mean_and_deviation(&nearest(&seeds, SeedKind::Surface));
         assert!(mean > 0.5 * surface.frame().scale, "{n}: {mean}");
     }
@@ -385,8 +387,8 @@ fn too_few_seeds_are_refused_with_the_count_and_the_place() {
 #[test]
 fn creases_below_the_resolution_get_no_seeds() {
     // One vertex of a fine ball, pulled out, makes a small spike with creases around it.
-    let mut soup = ball();
-    soup.points[100] *= 1.1;
+    let mut soup = sphere(5, 1.0, DVec3::ZERO);
+    soup.points[100] *= 1.05;
     let surface = soup.surface();
     let features = Features::find(&surface, 40.0);
     assert!(!features.curves.is_empty());
