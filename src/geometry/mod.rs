@@ -4,8 +4,6 @@ pub mod bounding_box;
 
 pub mod frame;
 
-pub mod hilbert;
-
 pub mod predicates;
 
 pub mod tetrahedron;

@@ -39,7 +39,7 @@ pub(super) const GRADE: f64 = 0.35;
 /// restricted surface, or to a larger count.
 pub(super) const FLOOR: f64 = 0.15;
 /// Samples per square of the spacing.
-const DENSITY: f64 = 6.0;
+const DENSITY: f64 = 4.0;
 /// Samples per shell at least.
 const PER_SHELL: f64 = 64.0;
 
