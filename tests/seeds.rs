@@ -190,7 +190,14 @@ fn counts_are_exact_on_every_model() {
         let surface = tetcvt::io::obj::read(&file).unwrap_or_else(|e| panic!("{e}"));
         let name = file.file_stem().expect("a name").to_string_lossy();
         for n in [1000, 2999] {
-            let seeds = of_count(&surface, n);
+            let features = Features::find(&surface, 40.0);
+            let seeds = match sample(&surface, &features, &params(Target::Count(n))) {
+                Err(Error::TooFewSeeds { needed, .. }) if name == "thin_plate" => {
+                    assert!(needed > n);
+                    continue;
+                }
+                result => result.unwrap_or_else(|e| panic!("{name}: {e}")),
+            };
             assert_eq!(seeds.positions.len(), n, "{name}");
             check(&name, &surface, &seeds, Boundary::Conform);
         }
