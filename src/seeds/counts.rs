@@ -25,7 +25,7 @@ pub(super) const CELL: f64 = 0.6357;
 /// Depth of the layer that the seeds on the surface own, over h.
 const LAYER: f64 = 0.2;
 /// Where seeds are scarce, spacings at thin walls may exceed what is safe by this factor.
-const STRETCH: f64 = 1.8;
+const STRETCH: f64 = 2.5;
 /// Seeds without which a shell is no closed surface.
 const PER_SHELL: usize = 4;
 

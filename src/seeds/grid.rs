@@ -20,7 +20,7 @@ impl CellGrid {
     pub(super) fn new(points: &[DVec3], cell: f64) -> CellGrid {
         // Cubes are counted in i32; the frame is one unit wide.
         let cell = cell.max(1e-8);
-        let buckets = points.len().next_power_of_two().max(16);
+        let buckets = points.len().next_power_of_two().max(64);
         let mask = buckets as u64 - 1;
         let mut starts = vec![0u32; buckets + 1];
         let cubes: Vec<[i32; 3]> = points.iter().map(|&p| cube_of(p, cell)).collect();
@@ -66,12 +66,14 @@ fn cube_of(p: DVec3, cell: f64) -> [i32; 3] {
     [c.x as i32, c.y as i32, c.z as i32]
 }
 
+/// Blocks of 4 x 4 x 4 cubes are hashed, so that the buckets of neighbouring cubes are mostly neighbours too.
 fn bucket_of(c: [i32; 3], mask: u64) -> usize {
-    let mut z = (c[0] as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-        ^ (c[1] as u64).wrapping_mul(0xbf58_476d_1ce4_e5b9)
-        ^ (c[2] as u64).wrapping_mul(0x94d0_49bb_1331_11eb);
+    let mut z = ((c[0] >> 2) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        ^ ((c[1] >> 2) as u64).wrapping_mul(0xbf58_476d_1ce4_e5b9)
+        ^ ((c[2] >> 2) as u64).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^= z >> 29;
-    (z.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32 & mask) as usize
+    let within = (c[0] & 3) as u64 | ((c[1] & 3) << 2) as u64 | ((c[2] & 3) << 4) as u64;
+    ((z.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32 << 6 | within) & mask) as usize
 }
 
 #[cfg(test)]

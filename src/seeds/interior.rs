@@ -31,8 +31,11 @@ const CLEARANCE: f64 = 0.5;
 const DEPTH: f64 = 0.2;
 /// Displacement by jitter in each direction, over the spacing of the lattice.
 const JITTER: f64 = 0.1;
-/// The lattice may be so much denser than planned before the interior counts as full.
-const DENSEST: f64 = 0.5;
+/// The interior counts as full once the lattice's spacing has come down to this share of the one planned; what is left
+/// over has room on the surface.
+const DENSEST: f64 = 0.85;
+/// The same where no seed may go to the surface.
+const DENSEST_FREE: f64 = 0.4;
 /// Candidates of blue noise for each seed.
 const OVERSAMPLING: usize = 5;
 /// Least distance between white noise's points, in spacings.
@@ -107,6 +110,7 @@ impl<'a> Interior<'a> {
         let rotation = rng.rotation();
         let offset = rng.in_cube();
         let planned = CELL.cbrt() * self.spacing;
+        let densest = planned * if self.boundary.is_empty() { DENSEST_FREE } else { DENSEST };
         let points_at = |edge: f64| {
             let mut points = bcc_points(&self.bounds, rotation, offset, edge);
             points.iter_mut().enumerate().for_each(|(i, p)| *p = self.jittered(*p, edge, i, rng));
@@ -131,14 +135,15 @@ impl<'a> Interior<'a> {
             if better {
                 best = Some(points);
             }
-            if enough && n as f64 <= 1.01 * count as f64 + 1.0 || edge < DENSEST * planned {
+            if enough && n as f64 <= 1.01 * count as f64 + 1.0 || !enough && edge <= densest {
                 break;
             }
             let guess = edge * ((n as f64 + 0.5) / (1.004 * count as f64 + 0.5)).cbrt().clamp(0.8, 1.25);
             edge = match (fine > 0.0, coarse.is_finite()) {
                 (true, true) if guess <= fine * 1.0005 || guess >= coarse * 0.9995 => 0.5 * (fine + coarse),
                 _ => guess,
-            };
+            }
+            .max(densest);
             if fine > 0.0 && coarse < fine * 1.0005 {
                 break;
             }

@@ -10,6 +10,7 @@ use super::Anchor;
 use super::counts::{Demand, Plan};
 use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
+use crate::delaunay::hilbert_order;
 use crate::geometry::frame::snap;
 use crate::geometry::triangle::normal2;
 use crate::rng::Rng;
@@ -115,7 +116,9 @@ fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec
             }
         }
     }
-    candidates
+    // Neighbours in space become neighbours in memory: elimination is bound by that.
+    let positions: Vec<DVec3> = candidates.iter().map(|c| c.1.position).collect();
+    hilbert_order(&positions).into_iter().map(|i| candidates[i as usize]).collect()
 }
 
 /// The candidates at least `clearance` spacings away from every crease.

@@ -39,7 +39,7 @@ pub(super) const GRADE: f64 = 0.35;
 /// restricted surface, or to a larger count.
 pub(super) const FLOOR: f64 = 0.15;
 /// Samples per square of the spacing.
-const DENSITY: f64 = 6.0;
+const DENSITY: f64 = 4.0;
 /// Samples per shell at least.
 const PER_SHELL: f64 = 64.0;
 
@@ -59,8 +59,15 @@ pub(super) fn limits(surface: &Surface, features: &Features, spacing: f64, rando
     let mut limits = vec![f64::INFINITY; surface.points().len()];
     for (s, limit) in samples.iter().zip(found) {
         let Some(limit) = limit else { continue };
-        for v in surface.triangles()[s.triangle as usize] {
-            let there = limit + GRADE * surface.points()[v as usize].distance(s.position);
+        let vertices = surface.triangles()[s.triangle as usize];
+        let distances = vertices.map(|v| surface.points()[v as usize].distance(s.position));
+        // The sample stands for the place up to the next one. Where the triangle is so large that growth towards its
+        // vertices would hide the thin place from an interpolation, all of it is as fine as that.
+        let mut grown = distances.map(|d| limit + GRADE * (d - s.gap).max(0.0));
+        if (0..3).map(|i| s.weights[i] * grown[i]).sum::<f64>() > 1.2 * limit {
+            grown = [limit; 3];
+        }
+        for (v, there) in vertices.into_iter().zip(grown) {
             limits[v as usize] = limits[v as usize].min(there);
         }
     }
@@ -72,6 +79,10 @@ struct Probe {
     position: DVec3,
     normal: DVec3,
     triangle: u32,
+    /// Its barycentric coordinates in the triangle.
+    weights: [f64; 3],
+    /// How far the next sample may be.
+    gap: f64,
 }
 
 /// 1. Samples at even steps of area, shell by shell.
@@ -94,7 +105,8 @@ fn samples(surface: &Surface, spacing: f64, random_seed: u64) -> Vec<Probe> {
             let [a, b, c] = surface.corners(t);
             let w = rng.barycentric();
             let position = a * w[0] + b * w[1] + c * w[2];
-            samples.push(Probe { position, normal: normal2.normalize_or_zero(), triangle: t });
+            let gap = 1.5 * step[shell].sqrt();
+            samples.push(Probe { position, normal: normal2.normalize_or_zero(), triangle: t, weights: w, gap });
         }
     }
     samples
