@@ -125,7 +125,7 @@ impl Made {
         };
         let mut repair = Repair::new(&complex, kinds, Judge { depth: &of_tet, flat: &flat, reach: 0.5 }, labels);
         settle(&complex, &mut repair);
-        let total = repair.total();
+        let total = repair.hard() + repair.soft();
         (repair.into_labels(), total)
     }
 }

@@ -31,7 +31,7 @@ const THIN: f64 = 5.0;
 /// Facets whose normals differ by less than the angle of this cosine lie on one sheet.
 const SHEET: f64 = 0.94;
 /// Changes tried for the sake of topology.
-const TRIALS: usize = 64;
+const TRIALS: usize = 32;
 /// Rounds over all vertices.
 const ROUNDS: usize = 12;
 /// A region of more tets than this is no mistake of labelling.
@@ -53,12 +53,12 @@ pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
 pub fn settle(complex: &Complex, repair: &mut Repair) {
     let fold = |t: u32, inside: &[bool]| is_fold(complex, inside, t);
     repair.peel(&fold);
-    if repair.total() > 0 {
+    if repair.hard() > 0 {
         repair.relabel(ROUNDS);
-        repair.descend(ROUNDS);
-        repair.peel(&fold);
-        repair.descend(ROUNDS);
     }
+    repair.descend();
+    repair.peel(&fold);
+    repair.descend();
 }
 
 /// Whether tet `t` is thin and its facets on the boundary lie on one sheet with those within, so that taking it off
@@ -74,10 +74,11 @@ fn is_fold(complex: &Complex, inside: &[bool], t: u32) -> bool {
     (0..4).filter(|&i| outward(i)).all(|i| (0..4).filter(|&j| !outward(j)).all(|j| normals[i].dot(-normals[j]) > SHEET))
 }
 
-/// What has to fall: first what is wrong at vertices, then the mismatch with the surface's topology.
-fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64) {
+/// What has to fall: what makes the mesh invalid at vertices, then the mismatch with the surface's topology, then what is
+/// merely not as it should be.
+fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64, u64) {
     let boundary = Boundary::of(&sampling.complex, repair.inside());
-    (repair.total(), Topology::of(sampling, repair.inside(), &boundary).mismatch())
+    (repair.hard(), Topology::of(sampling, repair.inside(), &boundary).mismatch(), repair.soft())
 }
 
 /// Step 4.

@@ -33,7 +33,10 @@ pub struct Repair<'a> {
     inside: Vec<bool>,
     // For each seed what is wrong at it, and the sum.
     penalty: Vec<u32>,
-    total: u64,
+    hard: u64,
+    soft: u64,
+    // Vertices with a penalty whose stars have changed since they were last looked at.
+    pending: Vec<u32>,
     // Depths asked for so far, otherwise NaN.
     depths: Vec<f64>,
     // Whether there are seeds on the surface at all.
@@ -54,16 +57,16 @@ impl<'a> Repair<'a> {
             judge,
             inside,
             penalty: vec![0; complex.seeds],
-            total: 0,
+            hard: 0,
+            soft: 0,
+            pending: Vec::new(),
             depths,
             conforming,
             buffers,
             touched: Vec::new(),
         };
         for v in 0..complex.seeds as u32 {
-            let penalty = repair.penalty_of(v);
-            repair.penalty[v as usize] = penalty;
-            repair.total += u64::from(penalty);
+            repair.renew(v);
         }
         repair
     }
@@ -78,14 +81,35 @@ impl<'a> Repair<'a> {
         self.inside
     }
 
-    /// The sum of all penalties; 0 = nothing is wrong at any vertex.
-    pub fn total(&self) -> u64 {
-        self.total
+    /// The sum of the penalties that a mesh must not have: 0 = a manifold in which every seed is in use.
+    pub fn hard(&self) -> u64 {
+        self.hard
     }
 
-    /// The vertices at which something is wrong, ascending.
+    /// Number of misplaced seeds.
+    pub fn soft(&self) -> u64 {
+        self.soft
+    }
+
+    fn total(&self) -> u64 {
+        self.hard + self.soft
+    }
+
+    /// Looks at vertex `v` again.
+    fn renew(&mut self, v: u32) {
+        let new = self.penalty_of(v);
+        let old = std::mem::replace(&mut self.penalty[v as usize], new);
+        let (soft_old, soft_new) = (old % PIECE == MISPLACED, new % PIECE == MISPLACED);
+        self.soft = self.soft + u64::from(soft_new) - u64::from(soft_old);
+        self.hard = self.hard + u64::from(new - u32::from(soft_new)) - u64::from(old - u32::from(soft_old));
+        if new > 0 {
+            self.pending.push(v);
+        }
+    }
+
+    /// The vertices at which the boundary is no manifold, and the seeds in no tet; ascending.
     pub fn wrong(&self) -> Vec<u32> {
-        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] > 0).collect()
+        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] > MISPLACED).collect()
     }
 
     fn penalty_of(&mut self, v: u32) -> u32 {
@@ -164,9 +188,7 @@ impl<'a> Repair<'a> {
         self.touch(tets);
         let touched = std::mem::take(&mut self.touched);
         for &v in &touched {
-            let new = self.penalty_of(v);
-            let old = std::mem::replace(&mut self.penalty[v as usize], new);
-            self.total = self.total + u64::from(new) - u64::from(old);
+            self.renew(v);
         }
         self.touched = touched;
     }
@@ -184,7 +206,7 @@ impl<'a> Repair<'a> {
         tets
     }
 
-    /// Lets geometry decide around vertices where something is wrong, in every cluster that gains by it.
+    /// Lets geometry decide around the [`Repair::wrong`] vertices, in every cluster that gains by it.
     ///
     /// Tets that share no vertex do not affect each other's penalties: each cluster of toggled tets is accepted or
     /// refused on its own.
@@ -192,13 +214,13 @@ impl<'a> Repair<'a> {
         for _ in 0..rounds {
             let wrong = self.wrong();
             let tets = self.contradictions(&wrong);
-            let before = self.total;
+            let before = self.total();
             for cluster in self.clusters(&tets) {
                 if self.change(&cluster) < 0 {
                     self.toggle(&cluster);
                 }
             }
-            if self.total == before {
+            if self.total() == before {
                 return;
             }
         }
@@ -221,27 +243,44 @@ impl<'a> Repair<'a> {
         clusters
     }
 
-    /// Takes the best step at each vertex where something is wrong, again and again, while any step lowers the total.
-    pub fn descend(&mut self, rounds: usize) {
-        for _ in 0..rounds {
-            let before = self.total;
-            for v in self.wrong() {
+    /// Takes the best step at each vertex where something is wrong and whose star has changed since it was last looked
+    /// at, again and again, while any step lowers the total.
+    pub fn descend(&mut self) {
+        while !self.pending.is_empty() {
+            let mut vertices = std::mem::take(&mut self.pending);
+            vertices.sort_unstable();
+            vertices.dedup();
+            for v in vertices {
                 while self.penalty[v as usize] > 0 && self.step(v) {}
-            }
-            if self.total == before {
-                return;
             }
         }
     }
 
     /// Takes the step at `v` that obeys geometry best among those that lower the total.
     fn step(&mut self, v: u32) -> bool {
+        if self.penalty[v as usize] == MISPLACED {
+            let moves = self.gentle_moves(v);
+            return self.best(&moves);
+        }
         let moves = self.moves(v);
         if self.best(&moves) {
             return true;
         }
         let pairs = self.pairs(v);
         self.best(&pairs)
+    }
+
+    /// Sets of tets whose toggling may put a misplaced seed right: all tets outside at a seed of the interior, or one of
+    /// the tets between a seed of the surface and the boundary.
+    fn gentle_moves(&self, v: u32) -> Vec<Vec<u32>> {
+        const MOST: usize = 4;
+        let star = self.complex.star(v);
+        if self.kinds[v as usize] == SeedKind::Interior {
+            let outside: Vec<u32> = star.iter().copied().filter(|&t| !self.inside[t as usize]).collect();
+            return if outside.len() <= MOST { vec![outside] } else { Vec::new() };
+        }
+        let exposed = star.iter().filter(|&&t| self.complex.exposed(&self.inside, t) > 0);
+        exposed.map(|&t| vec![t]).collect()
     }
 
     fn best(&mut self, moves: &[Vec<u32>]) -> bool {
