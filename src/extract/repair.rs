@@ -22,6 +22,9 @@ const UNUSED: u32 = 3;
 /// Penalty of a seed on the surface that is off the boundary, or the other way round.
 const MISPLACED: u32 = 1;
 
+/// Depths below this share of the reach say nothing on their own.
+const NOISE: f64 = 0.05;
+
 /// Tets that a search for the nearest tet inside may visit.
 const SEARCH: usize = 64;
 
@@ -142,6 +145,9 @@ impl<'a> Repair<'a> {
     /// How much toggling `tets` goes against geometry, negative where it obeys it; none where that is out of the
     /// question.
     fn cost(&mut self, tets: &[u32]) -> Option<f64> {
+        if self.is_island(tets) {
+            return None;
+        }
         let mut sum = 0.0;
         for &t in tets {
             if !self.complex.usable(t) || (!self.inside[t as usize] && (self.judge.flat)(t)) {
@@ -154,6 +160,15 @@ impl<'a> Repair<'a> {
             sum += against;
         }
         Some(sum)
+    }
+
+    /// Whether `tets` would be alone with their new label: a component of the boundary out of nothing, which no vertex
+    /// needs to notice.
+    fn is_island(&self, tets: &[u32]) -> bool {
+        tets.iter().all(|&t| {
+            let label = self.inside[t as usize];
+            self.complex.around(t).iter().all(|n| self.inside[*n as usize] == label || tets.contains(n))
+        })
     }
 
     fn flip(&mut self, tets: &[u32]) {
@@ -216,7 +231,7 @@ impl<'a> Repair<'a> {
             let tets = self.contradictions(&wrong);
             let before = self.total();
             for cluster in self.clusters(&tets) {
-                if self.change(&cluster) < 0 {
+                if self.change(&cluster) < 0 && !self.is_island(&cluster) {
                     self.toggle(&cluster);
                 }
             }
@@ -260,14 +275,15 @@ impl<'a> Repair<'a> {
     fn step(&mut self, v: u32) -> bool {
         if self.penalty[v as usize] == MISPLACED {
             let moves = self.gentle_moves(v);
-            return self.best(&moves);
+            return self.best(&moves, 0);
         }
         let moves = self.moves(v);
-        if self.best(&moves) {
+        if self.best(&moves, 0) {
             return true;
         }
         let pairs = self.pairs(v);
-        self.best(&pairs)
+        // A step that only obeys geometry better may open the way; those come to an end too.
+        self.best(&pairs, 0) || self.best(&moves, 1)
     }
 
     /// Sets of tets whose toggling may put a misplaced seed right: all tets outside at a seed of the interior, or one of
@@ -283,13 +299,17 @@ impl<'a> Repair<'a> {
         exposed.map(|&t| vec![t]).collect()
     }
 
-    fn best(&mut self, moves: &[Vec<u32>]) -> bool {
+    /// Takes the one of `moves` that obeys geometry best among those that change the total by less than `bound`; one
+    /// that does not lower it must obey geometry better than the labels do.
+    fn best(&mut self, moves: &[Vec<u32>], bound: i64) -> bool {
         let mut best: Option<(f64, usize)> = None;
         for (i, tets) in moves.iter().enumerate() {
-            if self.change(tets) >= 0 {
+            let change = self.change(tets);
+            if change >= bound {
                 continue;
             }
             if let Some(cost) = self.cost(tets)
+                && (change < 0 || cost < -NOISE * self.judge.reach)
                 && best.is_none_or(|(least, _)| cost < least)
             {
                 best = Some((cost, i));
@@ -309,6 +329,7 @@ impl<'a> Repair<'a> {
         let mut moves: Vec<Vec<u32>> = star.iter().map(|&t| vec![t]).collect();
         let pieces = self.pieces(star, v);
         if pieces.len() > 2 {
+            moves.extend(self.bridges(v, &pieces));
             moves.extend(pieces);
         } else if pieces.len() == 1 && !self.inside[star[0] as usize] {
             moves.extend(star.iter().filter_map(|&t| self.way(t)));
@@ -330,6 +351,45 @@ impl<'a> Repair<'a> {
         moves.sort_unstable();
         moves.dedup();
         moves
+    }
+
+    /// The shortest ways within the star of `v` from each of its pieces to another one of the same label.
+    fn bridges(&self, v: u32, pieces: &[Vec<u32>]) -> Vec<Vec<u32>> {
+        let complex = self.complex;
+        let piece_of = |t: u32| {
+            pieces.iter().position(|p| p.contains(&t)).expect("a star is made of its pieces: this is a bug in tetcvt")
+        };
+        let mut bridges = Vec::new();
+        for (home, piece) in pieces.iter().enumerate() {
+            let label = self.inside[piece[0] as usize];
+            // Tets reached, each with the position of the one it was reached from.
+            let mut reached: Vec<(u32, usize)> = piece.iter().map(|&t| (t, usize::MAX)).collect();
+            let mut next = 0;
+            'search: while next < reached.len() {
+                let (t, _) = reached[next];
+                for k in (0..4).filter(|&k| complex.tets[t as usize][k] != v) {
+                    let n = complex.neighbors[t as usize][k].tet();
+                    if reached.iter().any(|&(r, _)| r == n) {
+                        continue;
+                    }
+                    if self.inside[n as usize] != label {
+                        reached.push((n, next));
+                    } else if piece_of(n) != home {
+                        let mut way = Vec::new();
+                        let mut at = next;
+                        while reached[at].1 != usize::MAX {
+                            way.push(reached[at].0);
+                            at = reached[at].1;
+                        }
+                        way.sort_unstable();
+                        bridges.push(way);
+                        break 'search;
+                    }
+                }
+                next += 1;
+            }
+        }
+        bridges
     }
 
     /// The pieces of equal label of `tets`, all around `v`.
