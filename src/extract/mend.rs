@@ -54,8 +54,10 @@ pub fn settle(complex: &Complex, repair: &mut Repair) {
     let fold = |t: u32, inside: &[bool]| is_fold(complex, inside, t);
     repair.peel(&fold);
     if repair.hard() > 0 {
-        repair.relabel(ROUNDS);
+        repair.relabel(false, ROUNDS);
     }
+    repair.descend();
+    repair.relabel(true, ROUNDS);
     repair.descend();
     repair.peel(&fold);
     repair.descend();

@@ -110,9 +110,11 @@ impl<'a> Repair<'a> {
         }
     }
 
-    /// The vertices at which the boundary is no manifold, and the seeds in no tet; ascending.
-    pub fn wrong(&self) -> Vec<u32> {
-        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] > MISPLACED).collect()
+    /// The vertices at which the boundary is no manifold, and the seeds in no tet; with misplaced seeds if so asked;
+    /// ascending.
+    pub fn wrong(&self, misplaced: bool) -> Vec<u32> {
+        let least = if misplaced { MISPLACED } else { MISPLACED + 1 };
+        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] >= least).collect()
     }
 
     fn penalty_of(&mut self, v: u32) -> u32 {
@@ -225,9 +227,9 @@ impl<'a> Repair<'a> {
     ///
     /// Tets that share no vertex do not affect each other's penalties: each cluster of toggled tets is accepted or
     /// refused on its own.
-    pub fn relabel(&mut self, rounds: usize) {
+    pub fn relabel(&mut self, misplaced: bool, rounds: usize) {
         for _ in 0..rounds {
-            let wrong = self.wrong();
+            let wrong = self.wrong(misplaced);
             let tets = self.contradictions(&wrong);
             let before = self.total();
             for cluster in self.clusters(&tets) {
