@@ -3,10 +3,12 @@
 //! A boundary is a manifold where, at every vertex, the tets inside are connected through facets and so are those
 //! outside ([`super::complex::Fans`]). What is wrong at a vertex is a number, the penalty, that only its star decides;
 //! a toggled tet changes four penalties. Toggling a tet of a manifold so that no penalty rises keeps the topology: the
-//! tet then meets the boundary in a disk. The steps:
+//! tet then meets the boundary in a disk, unless it is alone with its new label, which no step may leave it. Tets that
+//! join seeds of two solids pass through the outside and are never inside. The steps:
 //!
 //! 1. Peel thin tets off the boundary that are mere folds of it: 2-2 flips of the boundary, and caps over a seed.
-//! 2. Around vertices with a penalty, label by [`Sampling::depth`] wherever a cluster of such changes gains.
+//! 2. Around vertices with a penalty, label by [`Sampling::depth`] wherever a cluster of such changes gains; once before
+//!    step 3 around the grave ones, once after it around all that are left.
 //! 3. Descend: at each vertex with a penalty take, of all toggles of a tet, of a pair, of a piece of the star or of an
 //!    edge's ring, or of a way from an unused seed to the nearest tet inside, the one that obeys the depths best among
 //!    those that lower the sum of penalties.
