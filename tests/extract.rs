@@ -4,13 +4,20 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use proptest::prelude::*;
-use tetcvt::delaunay::{Facet, INFINITE};
+use tetcvt::clipped_voronoi::ClippedVoronoi;
+use tetcvt::delaunay::{Delaunay, Facet, INFINITE};
 use tetcvt::extract::boundary::{Boundary, regions};
 use tetcvt::extract::complex::Complex;
 use tetcvt::extract::mend::settle;
 use tetcvt::extract::repair::{Judge, Repair};
-use tetcvt::geometry::tetrahedron::{FACETS, centroid, volume6};
-use tetcvt::seeds::SeedKind;
+use tetcvt::extract::topology::Topology;
+use tetcvt::extract::{DefectKind, Sampling, defects, label, mend, mesh, proposals};
+use tetcvt::geometry::frame::snap;
+use tetcvt::geometry::tetrahedron::{FACETS, centroid, circumcenter, volume6};
+use tetcvt::params::{Params, Target};
+use tetcvt::seeds::{SeedKind, sample};
+use tetcvt::surface::features::Features;
+use tetcvt::{Surface, TetMesh};
 
 /// A triangulation made by hand, with infinite tets over its hull.
 struct Made {
@@ -125,7 +132,7 @@ impl Made {
         };
         let mut repair = Repair::new(&complex, kinds, Judge { depth: &of_tet, flat: &flat, reach: 0.5 }, labels);
         settle(&complex, &mut repair);
-        let total = repair.total();
+        let total = repair.hard() + repair.soft();
         (repair.into_labels(), total)
     }
 }
@@ -215,7 +222,7 @@ fn bodies_that_share_an_edge_or_a_vertex_are_found_and_mended() {
         let zero = |_: u32| 0.0;
         let never = |_: u32| false;
         let repair = Repair::new(&complex, &kinds, Judge { depth: &zero, flat: &never, reach: 0.5 }, labels.clone());
-        assert_eq!(repair.wrong().len(), wrong, "{name}");
+        assert_eq!(repair.wrong(true).len(), wrong, "{name}");
         assert!(!is_manifold(&complex, &labels), "{name}");
         let (settled, total) = made.settle(&kinds, labels, |_| 0.0);
         assert_eq!(total, 0, "{name}");
@@ -338,5 +345,217 @@ proptest! {
         prop_assert!(is_manifold(&made.complex(), &settled));
         prop_assert!(all_used(&made, &settled));
         prop_assert_eq!(Boundary::of(&made.complex(), &settled).euler, vec![2]);
+    }
+}
+
+/// The boxes from `min` to `max`, in one surface; a negative flag turns a box into a cavity.
+fn boxes(all: &[([f64; 3], [f64; 3])]) -> Surface {
+    let mut points = Vec::new();
+    let mut triangles = Vec::new();
+    for &(min, max) in all {
+        let base = points.len() as u32;
+        for i in 0..8 {
+            let pick = |axis: usize| if i >> axis & 1 == 1 { max[axis] } else { min[axis] };
+            points.push(DVec3::new(pick(0), pick(1), pick(2)));
+        }
+        for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            triangles.push([base + a, base + b, base + c]);
+            triangles.push([base + a, base + c, base + d]);
+        }
+    }
+    surface(&points, &triangles)
+}
+
+fn surface(points: &[DVec3], triangles: &[[u32; 3]]) -> Surface {
+    let source: Vec<u32> = (0..triangles.len() as u32).collect();
+    Surface::new(points, triangles, &source, &vec![0; triangles.len()]).unwrap()
+}
+
+fn torus() -> Surface {
+    let (m, n) = (48, 24);
+    let turn = |i: u32, n: u32| std::f64::consts::TAU * i as f64 / n as f64;
+    let points: Vec<DVec3> = (0..m * n)
+        .map(|i| {
+            let (u, v) = (turn(i / n, m), turn(i % n, n));
+            DVec3::new((1.0 + 0.4 * v.cos()) * u.cos(), (1.0 + 0.4 * v.cos()) * u.sin(), 0.4 * v.sin())
+        })
+        .collect();
+    let at = |i: u32, j: u32| i % m * n + j % n;
+    let triangles: Vec<[u32; 3]> = (0..m * n)
+        .flat_map(|i| {
+            let (i, j) = (i / n, i % n);
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    surface(&points, &triangles)
+}
+
+/// First seeds of a surface, auxiliary points around, and their triangulation.
+struct Sampled {
+    surface: Surface,
+    kinds: Vec<SeedKind>,
+    spacing: f64,
+    delaunay: Delaunay,
+}
+
+impl Sampled {
+    fn new(surface: Surface, count: usize) -> Sampled {
+        let params = Params { target: Target::Count(count), ..Params::default() };
+        let features = Features::find(&surface, params.feature_angle);
+        let seeds = sample(&surface, &features, &params).unwrap();
+        assert_eq!(seeds.positions.len(), count);
+        let mut points = seeds.positions;
+        for i in 0..200 {
+            let z = 1.0 - (i as f64 + 0.5) / 100.0;
+            let (sin, cos) = (i as f64 * 2.399963).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            points.push(snap(DVec3::new(r * cos, r * sin, z) * 0.5) * 2.2);
+        }
+        let delaunay = Delaunay::build(&points).unwrap();
+        let kinds = seeds.anchors.iter().map(|a| a.kind()).collect();
+        Sampled { surface, kinds, spacing: seeds.spacing, delaunay }
+    }
+
+    fn sampling(&self) -> Sampling<'_> {
+        Sampling::new(&self.delaunay, &self.kinds, &self.surface, self.spacing)
+    }
+
+    /// The circumcentres' sides, by the inside test.
+    fn clipped(&self) -> ClippedVoronoi {
+        let inside = self.delaunay.vertices().iter().map(|tet| {
+            let center = || {
+                let [a, b, c, d] = tet.map(|v| self.delaunay.points()[v as usize]);
+                circumcenter(a, b, c, d)
+            };
+            tet[3] != INFINITE && Some(center()).is_some_and(|c| c.is_finite() && self.surface.tree().is_inside(c))
+        });
+        ClippedVoronoi { cells: Vec::new(), inside: inside.collect(), crossings: Vec::new() }
+    }
+}
+
+fn models() -> Vec<(&'static str, Surface)> {
+    vec![
+        ("cube", boxes(&[([0.0; 3], [1.0; 3])])),
+        ("torus", torus()),
+        ("cavity", boxes(&[([0.0; 3], [1.0; 3]), ([0.3; 3], [0.7; 3])])),
+        ("two bodies", boxes(&[([0.0; 3], [1.0; 3]), ([1.2, 0.0, 0.0], [2.0, 1.0, 1.0])])),
+        ("plate", boxes(&[([0.0; 3], [1.0, 1.0, 0.02])])),
+    ]
+}
+
+/// Labels, mends and takes the mesh out, with every check.
+fn whole(name: &str, sampled: &Sampled) -> TetMesh {
+    let sampling = sampled.sampling();
+    let labels = mend(&sampling, label(&sampling, &sampled.clipped()));
+    let fatal: Vec<_> = defects(&sampling, &labels, &[]).into_iter().filter(|d| d.kind.is_fatal()).collect();
+    assert!(fatal.is_empty(), "{name}: {fatal:?}");
+    let topology = Topology::of(&sampling, &labels, &Boundary::of(&sampling.complex, &labels));
+    assert_eq!(topology.mismatch(), 0, "{name}");
+    let mesh = mesh(&sampling, &labels);
+    mesh.check().unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert_eq!(mesh.points.len(), sampled.kinds.len(), "{name}");
+    mesh
+}
+
+#[test]
+fn sampled_models_become_meshes_with_their_topology() {
+    for (name, surface) in models() {
+        let solids = *surface.solid_of_shell().iter().max().unwrap() + 1;
+        let volume = surface.frame().length_to_model(1.0).powi(3) * surface.volume();
+        let triangles = surface.triangles().len() as u32;
+        let sampled = Sampled::new(surface, 2000);
+        let mesh = whole(name, &sampled);
+        assert!((mesh.volume() / volume - 1.0).abs() < 0.03, "{name}: {} of {volume}", mesh.volume());
+        let mut regions = mesh.regions.clone();
+        regions.sort_unstable();
+        regions.dedup();
+        assert_eq!(regions, (0..solids).collect::<Vec<u32>>(), "{name}");
+        assert!(mesh.boundary.iter().all(|f| f.source_triangle < triangles && f.region_outside == -1));
+    }
+}
+
+#[test]
+fn noise_on_real_labels_is_mended() {
+    for (name, surface) in models().into_iter().take(3) {
+        let sampled = Sampled::new(surface, 1500);
+        let mut clipped = sampled.clipped();
+        let sampling = sampled.sampling();
+        // Every seventh tet with a vertex on the surface and a circumcentre within a spacing of it.
+        let tets: Vec<[u32; 4]> = sampled.delaunay.vertices().to_vec();
+        for (t, tet) in tets.iter().enumerate().filter(|(t, _)| t % 7 == 0) {
+            let bound = |&v: &u32| sampled.kinds.get(v as usize).is_some_and(|&k| k != SeedKind::Interior);
+            if sampling.complex.usable(t as u32)
+                && tet.iter().any(bound)
+                && sampling.depth(t as u32).abs() < 0.2 * sampled.spacing
+            {
+                clipped.inside[t] ^= true;
+            }
+        }
+        let noisy = label(&sampling, &clipped);
+        assert!(defects(&sampling, &noisy, &[]).iter().any(|d| d.kind.is_fatal()), "{name}");
+        let mended = mend(&sampling, noisy);
+        mesh(&sampling, &mended).check().unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+}
+
+#[test]
+fn lost_shells_made_up_handles_and_unused_seeds_are_named() {
+    let sampled = Sampled::new(boxes(&[([0.0; 3], [1.0; 3]), ([1.2, 0.0, 0.0], [2.0, 1.0, 1.0])]), 1500);
+    let sampling = sampled.sampling();
+    let labels = mend(&sampling, label(&sampling, &sampled.clipped()));
+    // Without the second body.
+    let (region, _) = regions(&sampling.complex, &labels);
+    let first: Vec<bool> = region.iter().map(|&r| r == 0).collect();
+    let found = defects(&sampling, &first, &[]);
+    assert!(found.iter().any(|d| d.kind == DefectKind::UnusedSeed));
+    let missing: Vec<_> = found.iter().filter(|d| d.kind == DefectKind::MissingShell).collect();
+    assert_eq!(missing.len(), 1);
+    let proposed = proposals(&sampling, &[missing[0].clone()]);
+    let shell = missing[0].shell.unwrap();
+    assert!(proposed.len() >= 4);
+    for p in &proposed {
+        assert_eq!(sampled.surface.shell()[p.triangle as usize], shell);
+        assert!(sampled.surface.tree().closest(p.place).distance2 < 1e-20);
+    }
+
+    // A torus with its hole filled: every tet of seeds is inside.
+    let sampled = Sampled::new(torus(), 1500);
+    let sampling = sampled.sampling();
+    let labels: Vec<bool> = (0..sampled.delaunay.vertices().len() as u32).map(|t| sampling.complex.usable(t)).collect();
+    let kinds = vec![SeedKind::Interior; sampled.kinds.len()];
+    let shallow = |_: u32| 0.0;
+    let never = |_: u32| false;
+    let judge = Judge { depth: &shallow, flat: &never, reach: 1.0 };
+    let mut repair = Repair::new(&sampling.complex, &kinds, judge, labels);
+    repair.descend();
+    assert_eq!(repair.hard(), 0);
+    let found = defects(&sampling, repair.inside(), &[]);
+    assert!(found.iter().any(|d| d.kind == DefectKind::WrongGenus && d.shell == Some(0)));
+}
+
+#[test]
+fn check_names_what_is_wrong_with_a_mesh() {
+    let mesh = whole("cube", &Sampled::new(boxes(&[([0.0; 3], [1.0; 3])]), 500));
+    type Damage = (&'static str, fn(&mut TetMesh));
+    let damages: [Damage; 6] = [
+        ("volume", |m| m.tets[7].swap(0, 1)),
+        ("is in no tet", |m| {
+            m.points.push(DVec3::ZERO);
+            m.kinds.push(SeedKind::Interior);
+            m.seeds.push(u32::MAX);
+        }),
+        ("boundary triangles where", |m| {
+            m.boundary.pop();
+        }),
+        ("where the facet is", |m| m.boundary[3].vertices.swap(0, 1)),
+        ("different regions", |m| m.regions[5] += 1),
+        ("does not exist", |m| m.tets[0][0] = 1_000_000),
+    ];
+    for (message, damage) in damages {
+        let mut broken = mesh.clone();
+        damage(&mut broken);
+        let error = broken.check().expect_err(message);
+        assert!(error.contains(message), "{error}");
     }
 }

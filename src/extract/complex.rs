@@ -18,6 +18,8 @@ pub struct Complex<'a> {
     pub neighbors: &'a [[Facet; 4]],
     /// Number of seeds.
     pub seeds: usize,
+    /// For each seed the solid that it belongs to; empty where there is only one.
+    pub solids: Vec<u32>,
     // The tets around vertex v are star[first[v]..first[v + 1]].
     first: Vec<u32>,
     star: Vec<u32>,
@@ -74,7 +76,7 @@ impl<'a> Complex<'a> {
             }
         }
         first.pop();
-        Complex { points, tets, neighbors, seeds, first, star }
+        Complex { points, tets, neighbors, seeds, solids: Vec::new(), first, star }
     }
 
     /// The tets around vertex `v`, infinite ones included, ascending.
@@ -82,9 +84,11 @@ impl<'a> Complex<'a> {
         &self.star[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
     }
 
-    /// Whether tet `t` has only seeds for vertices, so that a mesh may use it.
+    /// Whether a mesh may use tet `t`: all its vertices are seeds, and of one solid.
     pub fn usable(&self, t: u32) -> bool {
-        self.tets[t as usize].iter().all(|&v| (v as usize) < self.seeds)
+        let tet = self.tets[t as usize];
+        let solid = |v: u32| self.solids.get(v as usize);
+        tet.iter().all(|&v| (v as usize) < self.seeds && solid(v) == solid(tet[0]))
     }
 
     /// The tets across the facets of tet `t`.

@@ -3,10 +3,12 @@
 //! A boundary is a manifold where, at every vertex, the tets inside are connected through facets and so are those
 //! outside ([`super::complex::Fans`]). What is wrong at a vertex is a number, the penalty, that only its star decides;
 //! a toggled tet changes four penalties. Toggling a tet of a manifold so that no penalty rises keeps the topology: the
-//! tet then meets the boundary in a disk. The steps:
+//! tet then meets the boundary in a disk, unless it is alone with its new label, which no step may leave it. Tets that
+//! join seeds of two solids pass through the outside and are never inside. The steps:
 //!
 //! 1. Peel thin tets off the boundary that are mere folds of it: 2-2 flips of the boundary, and caps over a seed.
-//! 2. Around vertices with a penalty, label by [`Sampling::depth`] wherever a cluster of such changes gains.
+//! 2. Around vertices with a penalty, label by [`Sampling::depth`] wherever a cluster of such changes gains; once before
+//!    step 3 around the grave ones, once after it around all that are left.
 //! 3. Descend: at each vertex with a penalty take, of all toggles of a tet, of a pair, of a piece of the star or of an
 //!    edge's ring, or of a way from an unused seed to the nearest tet inside, the one that obeys the depths best among
 //!    those that lower the sum of penalties.
@@ -31,7 +33,7 @@ const THIN: f64 = 5.0;
 /// Facets whose normals differ by less than the angle of this cosine lie on one sheet.
 const SHEET: f64 = 0.94;
 /// Changes tried for the sake of topology.
-const TRIALS: usize = 64;
+const TRIALS: usize = 32;
 /// Rounds over all vertices.
 const ROUNDS: usize = 12;
 /// A region of more tets than this is no mistake of labelling.
@@ -53,12 +55,14 @@ pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
 pub fn settle(complex: &Complex, repair: &mut Repair) {
     let fold = |t: u32, inside: &[bool]| is_fold(complex, inside, t);
     repair.peel(&fold);
-    if repair.total() > 0 {
-        repair.relabel(ROUNDS);
-        repair.descend(ROUNDS);
-        repair.peel(&fold);
-        repair.descend(ROUNDS);
+    if repair.hard() > 0 {
+        repair.relabel(false, ROUNDS);
     }
+    repair.descend();
+    repair.relabel(true, ROUNDS);
+    repair.descend();
+    repair.peel(&fold);
+    repair.descend();
 }
 
 /// Whether tet `t` is thin and its facets on the boundary lie on one sheet with those within, so that taking it off
@@ -74,10 +78,11 @@ fn is_fold(complex: &Complex, inside: &[bool], t: u32) -> bool {
     (0..4).filter(|&i| outward(i)).all(|i| (0..4).filter(|&j| !outward(j)).all(|j| normals[i].dot(-normals[j]) > SHEET))
 }
 
-/// What has to fall: first what is wrong at vertices, then the mismatch with the surface's topology.
-fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64) {
+/// What has to fall: what makes the mesh invalid at vertices, then the mismatch with the surface's topology, then what is
+/// merely not as it should be.
+fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64, u64) {
     let boundary = Boundary::of(&sampling.complex, repair.inside());
-    (repair.total(), Topology::of(sampling, repair.inside(), &boundary).mismatch())
+    (repair.hard(), Topology::of(sampling, repair.inside(), &boundary).mismatch(), repair.soft())
 }
 
 /// Step 4.

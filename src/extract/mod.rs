@@ -15,6 +15,7 @@
 //! Cost: linear in the triangulation but for a sort of the boundary's edges; mending adds a term for each defect.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::clipped_voronoi::ClippedVoronoi;
 use crate::delaunay::Delaunay;
@@ -62,7 +63,17 @@ pub struct Sampling<'a> {
 impl<'a> Sampling<'a> {
     /// The first `kinds.len()` vertices of `delaunay` are the seeds.
     pub fn new(delaunay: &'a Delaunay, kinds: &'a [SeedKind], surface: &'a Surface, spacing: f64) -> Sampling<'a> {
-        let complex = Complex::new(delaunay.points(), delaunay.vertices(), delaunay.neighbors(), kinds.len());
+        let mut complex = Complex::new(delaunay.points(), delaunay.vertices(), delaunay.neighbors(), kinds.len());
+        if surface.solid_of_shell().iter().any(|&s| s != surface.solid_of_shell()[0]) {
+            // The way from a point of a solid to the closest point of the surface lies in that solid.
+            complex.solids = delaunay.points()[..kinds.len()]
+                .par_iter()
+                .map(|&p| {
+                    let triangle = surface.tree().closest(p).triangle;
+                    surface.solid_of_shell()[surface.shell()[triangle as usize] as usize]
+                })
+                .collect();
+        }
         Sampling { complex, kinds, surface, spacing }
     }
 
@@ -76,11 +87,15 @@ impl<'a> Sampling<'a> {
         let [a, b, c, d] = corners;
         let centroid = tetrahedron::centroid(a, b, c, d);
         let tree = self.surface.tree();
-        let signed = |p: DVec3| {
-            let distance = tree.closest(p).distance2.sqrt();
-            if tree.is_inside(p) { distance } else { -distance }
-        };
-        (signed(centroid) + corners.iter().map(|&q| signed((centroid + q) * 0.5)).sum::<f64>()) / 5.0
+        let distance = |p: DVec3| tree.closest(p).distance2.sqrt();
+        let signed = |inside: bool, distance: f64| if inside { distance } else { -distance };
+        let (inside, clearance) = (tree.is_inside(centroid), distance(centroid));
+        let midway = corners.map(|q| {
+            let p = (centroid + q) * 0.5;
+            // No surface comes between the centroid and points closer to it than the surface is.
+            signed(if p.distance(centroid) < clearance { inside } else { tree.is_inside(p) }, distance(p))
+        });
+        (signed(inside, clearance) + midway.iter().sum::<f64>()) / 5.0
     }
 
     /// Whether tet `t` is too flat to keep: its volume vanishes against its size, or is not positive as the mesh file
@@ -101,7 +116,8 @@ impl<'a> Sampling<'a> {
     }
 }
 
-/// Labels the restricted Delaunay tets: those with their circumcentres inside and all vertices seeds.
+/// Labels the restricted Delaunay tets: those with their circumcentres inside whose vertices are seeds of one
+/// solid.
 pub fn label(sampling: &Sampling, clipped: &ClippedVoronoi) -> Vec<bool> {
     clipped.inside.iter().enumerate().map(|(t, &inside)| inside && sampling.complex.usable(t as u32)).collect()
 }

@@ -22,6 +22,9 @@ const UNUSED: u32 = 3;
 /// Penalty of a seed on the surface that is off the boundary, or the other way round.
 const MISPLACED: u32 = 1;
 
+/// Depths below this share of the reach say nothing on their own.
+const NOISE: f64 = 0.05;
+
 /// Tets that a search for the nearest tet inside may visit.
 const SEARCH: usize = 64;
 
@@ -33,7 +36,10 @@ pub struct Repair<'a> {
     inside: Vec<bool>,
     // For each seed what is wrong at it, and the sum.
     penalty: Vec<u32>,
-    total: u64,
+    hard: u64,
+    soft: u64,
+    // Vertices with a penalty whose stars have changed since they were last looked at.
+    pending: Vec<u32>,
     // Depths asked for so far, otherwise NaN.
     depths: Vec<f64>,
     // Whether there are seeds on the surface at all.
@@ -54,16 +60,16 @@ impl<'a> Repair<'a> {
             judge,
             inside,
             penalty: vec![0; complex.seeds],
-            total: 0,
+            hard: 0,
+            soft: 0,
+            pending: Vec::new(),
             depths,
             conforming,
             buffers,
             touched: Vec::new(),
         };
         for v in 0..complex.seeds as u32 {
-            let penalty = repair.penalty_of(v);
-            repair.penalty[v as usize] = penalty;
-            repair.total += u64::from(penalty);
+            repair.renew(v);
         }
         repair
     }
@@ -78,14 +84,37 @@ impl<'a> Repair<'a> {
         self.inside
     }
 
-    /// The sum of all penalties; 0 = nothing is wrong at any vertex.
-    pub fn total(&self) -> u64 {
-        self.total
+    /// The sum of the penalties that a mesh must not have: 0 = a manifold in which every seed is in use.
+    pub fn hard(&self) -> u64 {
+        self.hard
     }
 
-    /// The vertices at which something is wrong, ascending.
-    pub fn wrong(&self) -> Vec<u32> {
-        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] > 0).collect()
+    /// Number of misplaced seeds.
+    pub fn soft(&self) -> u64 {
+        self.soft
+    }
+
+    fn total(&self) -> u64 {
+        self.hard + self.soft
+    }
+
+    /// Looks at vertex `v` again.
+    fn renew(&mut self, v: u32) {
+        let new = self.penalty_of(v);
+        let old = std::mem::replace(&mut self.penalty[v as usize], new);
+        let (soft_old, soft_new) = (old % PIECE == MISPLACED, new % PIECE == MISPLACED);
+        self.soft = self.soft + u64::from(soft_new) - u64::from(soft_old);
+        self.hard = self.hard + u64::from(new - u32::from(soft_new)) - u64::from(old - u32::from(soft_old));
+        if new > 0 {
+            self.pending.push(v);
+        }
+    }
+
+    /// The vertices at which the boundary is no manifold, and the seeds in no tet; with misplaced seeds if so asked;
+    /// ascending.
+    pub fn wrong(&self, misplaced: bool) -> Vec<u32> {
+        let least = if misplaced { MISPLACED } else { MISPLACED + 1 };
+        (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] >= least).collect()
     }
 
     fn penalty_of(&mut self, v: u32) -> u32 {
@@ -118,6 +147,9 @@ impl<'a> Repair<'a> {
     /// How much toggling `tets` goes against geometry, negative where it obeys it; none where that is out of the
     /// question.
     fn cost(&mut self, tets: &[u32]) -> Option<f64> {
+        if self.is_island(tets) {
+            return None;
+        }
         let mut sum = 0.0;
         for &t in tets {
             if !self.complex.usable(t) || (!self.inside[t as usize] && (self.judge.flat)(t)) {
@@ -130,6 +162,15 @@ impl<'a> Repair<'a> {
             sum += against;
         }
         Some(sum)
+    }
+
+    /// Whether `tets` would be alone with their new label: a component of the boundary out of nothing, which no vertex
+    /// needs to notice.
+    fn is_island(&self, tets: &[u32]) -> bool {
+        tets.iter().all(|&t| {
+            let label = self.inside[t as usize];
+            self.complex.around(t).iter().all(|n| self.inside[*n as usize] == label || tets.contains(n))
+        })
     }
 
     fn flip(&mut self, tets: &[u32]) {
@@ -164,9 +205,7 @@ impl<'a> Repair<'a> {
         self.touch(tets);
         let touched = std::mem::take(&mut self.touched);
         for &v in &touched {
-            let new = self.penalty_of(v);
-            let old = std::mem::replace(&mut self.penalty[v as usize], new);
-            self.total = self.total + u64::from(new) - u64::from(old);
+            self.renew(v);
         }
         self.touched = touched;
     }
@@ -184,21 +223,21 @@ impl<'a> Repair<'a> {
         tets
     }
 
-    /// Lets geometry decide around vertices where something is wrong, in every cluster that gains by it.
+    /// Lets geometry decide around the [`Repair::wrong`] vertices, in every cluster that gains by it.
     ///
     /// Tets that share no vertex do not affect each other's penalties: each cluster of toggled tets is accepted or
     /// refused on its own.
-    pub fn relabel(&mut self, rounds: usize) {
+    pub fn relabel(&mut self, misplaced: bool, rounds: usize) {
         for _ in 0..rounds {
-            let wrong = self.wrong();
+            let wrong = self.wrong(misplaced);
             let tets = self.contradictions(&wrong);
-            let before = self.total;
+            let before = self.total();
             for cluster in self.clusters(&tets) {
-                if self.change(&cluster) < 0 {
+                if self.change(&cluster) < 0 && !self.is_island(&cluster) {
                     self.toggle(&cluster);
                 }
             }
-            if self.total == before {
+            if self.total() == before {
                 return;
             }
         }
@@ -221,36 +260,58 @@ impl<'a> Repair<'a> {
         clusters
     }
 
-    /// Takes the best step at each vertex where something is wrong, again and again, while any step lowers the total.
-    pub fn descend(&mut self, rounds: usize) {
-        for _ in 0..rounds {
-            let before = self.total;
-            for v in self.wrong() {
+    /// Takes the best step at each vertex where something is wrong and whose star has changed since it was last looked
+    /// at, again and again, while any step lowers the total.
+    pub fn descend(&mut self) {
+        while !self.pending.is_empty() {
+            let mut vertices = std::mem::take(&mut self.pending);
+            vertices.sort_unstable();
+            vertices.dedup();
+            for v in vertices {
                 while self.penalty[v as usize] > 0 && self.step(v) {}
-            }
-            if self.total == before {
-                return;
             }
         }
     }
 
     /// Takes the step at `v` that obeys geometry best among those that lower the total.
     fn step(&mut self, v: u32) -> bool {
+        if self.penalty[v as usize] == MISPLACED {
+            let moves = self.gentle_moves(v);
+            return self.best(&moves, 0);
+        }
         let moves = self.moves(v);
-        if self.best(&moves) {
+        if self.best(&moves, 0) {
             return true;
         }
         let pairs = self.pairs(v);
-        self.best(&pairs)
+        // A step that only obeys geometry better may open the way; those come to an end too.
+        self.best(&pairs, 0) || self.best(&moves, 1)
     }
 
-    fn best(&mut self, moves: &[Vec<u32>]) -> bool {
+    /// Sets of tets whose toggling may put a misplaced seed right: all tets outside at a seed of the interior, or one of
+    /// the tets between a seed of the surface and the boundary.
+    fn gentle_moves(&self, v: u32) -> Vec<Vec<u32>> {
+        const MOST: usize = 4;
+        let star = self.complex.star(v);
+        if self.kinds[v as usize] == SeedKind::Interior {
+            let outside: Vec<u32> = star.iter().copied().filter(|&t| !self.inside[t as usize]).collect();
+            return if outside.len() <= MOST { vec![outside] } else { Vec::new() };
+        }
+        let exposed = star.iter().filter(|&&t| self.complex.exposed(&self.inside, t) > 0);
+        exposed.map(|&t| vec![t]).collect()
+    }
+
+    /// Takes the one of `moves` that obeys geometry best among those that change the total by less than `bound`; one
+    /// that does not lower it must obey geometry better than the labels do.
+    fn best(&mut self, moves: &[Vec<u32>], bound: i64) -> bool {
         let mut best: Option<(f64, usize)> = None;
         for (i, tets) in moves.iter().enumerate() {
-            if self.change(tets) >= 0 {
+            let change = self.change(tets);
+            if change >= bound {
                 continue;
             }
             if let Some(cost) = self.cost(tets)
+                && (change < 0 || cost < -NOISE * self.judge.reach)
                 && best.is_none_or(|(least, _)| cost < least)
             {
                 best = Some((cost, i));
@@ -270,6 +331,7 @@ impl<'a> Repair<'a> {
         let mut moves: Vec<Vec<u32>> = star.iter().map(|&t| vec![t]).collect();
         let pieces = self.pieces(star, v);
         if pieces.len() > 2 {
+            moves.extend(self.bridges(v, &pieces));
             moves.extend(pieces);
         } else if pieces.len() == 1 && !self.inside[star[0] as usize] {
             moves.extend(star.iter().filter_map(|&t| self.way(t)));
@@ -291,6 +353,45 @@ impl<'a> Repair<'a> {
         moves.sort_unstable();
         moves.dedup();
         moves
+    }
+
+    /// The shortest ways within the star of `v` from each of its pieces to another one of the same label.
+    fn bridges(&self, v: u32, pieces: &[Vec<u32>]) -> Vec<Vec<u32>> {
+        let complex = self.complex;
+        let piece_of = |t: u32| {
+            pieces.iter().position(|p| p.contains(&t)).expect("a star is made of its pieces: this is a bug in tetcvt")
+        };
+        let mut bridges = Vec::new();
+        for (home, piece) in pieces.iter().enumerate() {
+            let label = self.inside[piece[0] as usize];
+            // Tets reached, each with the position of the one it was reached from.
+            let mut reached: Vec<(u32, usize)> = piece.iter().map(|&t| (t, usize::MAX)).collect();
+            let mut next = 0;
+            'search: while next < reached.len() {
+                let (t, _) = reached[next];
+                for k in (0..4).filter(|&k| complex.tets[t as usize][k] != v) {
+                    let n = complex.neighbors[t as usize][k].tet();
+                    if reached.iter().any(|&(r, _)| r == n) {
+                        continue;
+                    }
+                    if self.inside[n as usize] != label {
+                        reached.push((n, next));
+                    } else if piece_of(n) != home {
+                        let mut way = Vec::new();
+                        let mut at = next;
+                        while reached[at].1 != usize::MAX {
+                            way.push(reached[at].0);
+                            at = reached[at].1;
+                        }
+                        way.sort_unstable();
+                        bridges.push(way);
+                        break 'search;
+                    }
+                }
+                next += 1;
+            }
+        }
+        bridges
     }
 
     /// The pieces of equal label of `tets`, all around `v`.

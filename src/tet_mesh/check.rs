@@ -45,8 +45,7 @@ fn tets(mesh: &TetMesh) -> Result<(), String> {
     for t in 0..mesh.tets.len() {
         let [a, b, c, d] = mesh.corners(t);
         let volume6 = tetrahedron::volume6(a, b, c, d);
-        // Not `<= 0.0`, which a NaN would pass.
-        if !(volume6 > 0.0) {
+        if volume6.is_nan() || volume6 <= 0.0 {
             return Err(format!("tet {t} {:?} has volume {:e}", mesh.tets[t], volume6 / 6.0));
         }
     }
