@@ -1,5 +1,8 @@
 //! Every test of the program from outside its modules; one file per subject.
 
+// Point sets and the exact oracle.
+mod support;
+
 // Exact predicates against exact rationals.
 mod predicates;
 
