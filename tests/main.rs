@@ -9,8 +9,17 @@ mod predicates;
 // The triangulation against brute force.
 mod delaunay;
 
-// Reading and checking surfaces, the box tree, features.
+// Exact shapes, and the files of `models/` made of them.
+mod shapes;
+
+// Reading and checking surfaces.
 mod surface;
+
+// Inside tests, closest points, boxes and rays against brute force.
+mod box_tree;
+
+// Creases, corners, patches.
+mod features;
 
 // First seeds: counts, spread, kinds.
 mod seeds;

@@ -17,7 +17,7 @@
 
 use std::cmp::Ordering;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use robust::{Coord, Coord3D};
 
 /// The sign of an exact quantity.
@@ -185,16 +185,25 @@ impl NumericOrder for f64 {
     }
 }
 
+/// The sign of the area of the plane triangle (a, b, c): positive when it is counter-clockwise.
+#[inline]
+pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> Sign {
+    let coord = |p: DVec2| Coord { x: p.x, y: p.y };
+    Sign::of(robust::orient2d(coord(a), coord(b), coord(c)))
+}
+
+/// The signs of the components of (b - a) x (c - a).
+pub fn normal_signs(a: DVec3, b: DVec3, c: DVec3) -> [Sign; 3] {
+    [
+        orient2d(DVec2::new(a.y, a.z), DVec2::new(b.y, b.z), DVec2::new(c.y, c.z)),
+        orient2d(DVec2::new(a.z, a.x), DVec2::new(b.z, b.x), DVec2::new(c.z, c.x)),
+        orient2d(DVec2::new(a.x, a.y), DVec2::new(b.x, b.y), DVec2::new(c.x, c.y)),
+    ]
+}
+
 /// Whether three points lie on one line.
 pub fn collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
-    let flat = |u: fn(DVec3) -> (f64, f64)| {
-        let coord = |p| {
-            let (x, y) = u(p);
-            Coord { x, y }
-        };
-        robust::orient2d(coord(a), coord(b), coord(c)) == 0.0
-    };
-    flat(|p| (p.x, p.y)) && flat(|p| (p.y, p.z)) && flat(|p| (p.z, p.x))
+    normal_signs(a, b, c) == [Sign::Zero; 3]
 }
 
 #[inline]

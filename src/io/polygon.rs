@@ -6,7 +6,8 @@
 //! seen along its normal (M. E. Newell's sum over the edges); signs in that plane are exact.
 
 use glam::{DVec2, DVec3};
-use robust::{Coord, orient2d};
+
+use crate::geometry::predicates::{Sign, orient2d};
 
 /// Triangles over the corners 0 to n - 1 of a polygon, and whether they are sure not to fold.
 pub struct Cut {
@@ -24,7 +25,7 @@ pub fn cut(corners: &[DVec3]) -> Cut {
         return Cut { triangles: fan(&ids), proper: true };
     }
     let plane = flatten(corners);
-    if fan(&ids).iter().all(|&[a, b, c]| turn(plane[a], plane[b], plane[c]) > 0.0 && shape(&plane, [a, b, c]) > 1e-12) {
+    if fan(&ids).iter().all(|&[a, b, c]| is_left(plane[a], plane[b], plane[c]) && shape(&plane, [a, b, c]) > 1e-12) {
         return Cut { triangles: fan(&ids), proper: true };
     }
     let mut triangles = vec![];
@@ -38,7 +39,7 @@ pub fn cut(corners: &[DVec3]) -> Cut {
     }
     let [a, b, c] = [ids[0], ids[1], ids[2]];
     triangles.push([a, b, c]);
-    Cut { triangles, proper: turn(plane[a], plane[b], plane[c]) > 0.0 }
+    Cut { triangles, proper: is_left(plane[a], plane[b], plane[c]) }
 }
 
 /// The corners in the plane across the polygon's normal, about 1 in size; turning counter-clockwise.
@@ -63,9 +64,9 @@ fn flatten(corners: &[DVec3]) -> Vec<DVec2> {
     points.iter().map(|p| if sign < 0.0 { DVec2::new(p[y], p[x]) } else { DVec2::new(p[x], p[y]) }).collect()
 }
 
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    let coord = |p: DVec2| Coord { x: p.x, y: p.y };
-    orient2d(coord(a), coord(b), coord(c))
+/// Whether the corner b turns left.
+fn is_left(a: DVec2, b: DVec2, c: DVec2) -> bool {
+    orient2d(a, b, c) == Sign::Positive
 }
 
 /// Twice the area over the square of the longest edge.
@@ -86,13 +87,13 @@ fn best_ear(plane: &[DVec2], ids: &[usize]) -> Option<usize> {
     for i in 0..ids.len() {
         let ear = neighbours(ids, i);
         let [a, b, c] = ear.map(|v| plane[v]);
-        if turn(a, b, c) <= 0.0 {
+        if !is_left(a, b, c) {
             continue;
         }
         let shape = shape(plane, ear);
         // Corners in the same place as one of the ear's own do not stand in its way.
         let inside = |p: DVec2| {
-            p != a && p != b && p != c && turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
+            p != a && p != b && p != c && [(a, b), (b, c), (c, a)].iter().all(|&(u, v)| orient2d(u, v, p) >= Sign::Zero)
         };
         let better = best.is_none_or(|b| shape > b.0);
         if better && !ids.iter().any(|&v| inside(plane[v])) {

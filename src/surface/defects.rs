@@ -14,9 +14,20 @@ pub struct Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         // `{:?}` of an f64 is the shortest text that reads back as the same number, with an exponent where that is due.
-        let [x, y, z] = self.point;
+        let [x, y, z] = self.point.map(short);
         write!(f, "first at ({x:?}, {y:?}, {z:?}), face {} of the input", u64::from(self.face) + 1)
     }
+}
+
+/// A number to nine digits.
+fn short(x: f64) -> f64 {
+    // Text that `{:e}` made always parses.
+    format!("{x:.8e}").parse().unwrap_or(x)
+}
+
+/// "1 edge", "2 edges".
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// A defect: what, how often, and where first.
@@ -27,7 +38,7 @@ pub enum Defect {
     #[error("it has no triangles, so it is empty: export the surface as polygons")]
     Empty,
     /// Every triangle has no area.
-    #[error("all {count} triangles are degenerate (without area), so it is empty: export the surface as polygons")]
+    #[error("it is empty: {}: export the surface as polygons", counted(*count, "triangle, which is degenerate (has no area)", "triangles, which are all degenerate (have no area)"))]
     AllDegenerate {
         /// Triangles without area.
         count: usize,
@@ -44,7 +55,8 @@ pub enum Defect {
     },
     /// Coordinates that are NaN or infinite.
     #[error(
-        "{count} vertices in use have a coordinate that is not finite (NaN, or too large for a 64-bit number), {place}: repair the file's numbers"
+        "{} a coordinate that is not finite (NaN, or too large for a 64-bit number), {place}: repair the file's numbers",
+        counted(*count, "vertex in use has", "vertices in use have")
     )]
     NonFinite {
         /// Vertices.
@@ -60,7 +72,8 @@ pub enum Defect {
     },
     /// Edges with one face only.
     #[error(
-        "it is open: {count} edges have a face on one side only, {place}: close the holes, or weld vertices that nearly meet"
+        "it is open: {} a face on one side only, {place}: close the holes, or weld vertices that nearly meet",
+        counted(*count, "edge has", "edges have")
     )]
     Open {
         /// Edges.
@@ -70,7 +83,8 @@ pub enum Defect {
     },
     /// Edges with more than two faces, where none of the faces cover each other.
     #[error(
-        "it has {count} non-manifold edges (more than two faces meet there), {place}: separate bodies that touch, remove inner walls"
+        "it has {} (more than two faces meet there), {place}: separate bodies that touch, remove inner walls",
+        counted(*count, "non-manifold edge", "non-manifold edges")
     )]
     NonManifoldEdges {
         /// Edges.
@@ -80,7 +94,8 @@ pub enum Defect {
     },
     /// Vertices whose faces form several fans.
     #[error(
-        "it has {count} non-manifold vertices (parts of it touch in a point), {place}: separate the parts, or give each its own vertex there and move them apart"
+        "it has {} (parts of it touch in a point), {place}: move the parts away from each other there",
+        counted(*count, "non-manifold vertex", "non-manifold vertices")
     )]
     NonManifoldVertices {
         /// Vertices.
@@ -98,7 +113,8 @@ pub enum Defect {
     },
     /// Faces over the same three vertices.
     #[error(
-        "it has {count} duplicate faces, which touch another over the same three vertices and make edges non-manifold, {place}: remove the copies, or both faces of an inner wall"
+        "it has {} over the same three vertices as another, which makes a non-manifold edge or a fold, {place}: remove the copies, or both faces of an inner wall where bodies touch",
+        counted(*count, "duplicate face", "duplicate faces")
     )]
     DuplicateFaces {
         /// Faces that repeat an earlier one.
@@ -108,7 +124,8 @@ pub enum Defect {
     },
     /// Faces that lie on each other, beside a non-manifold edge.
     #[error(
-        "it has {count} non-manifold edges where touching faces lie on each other, {place}: join the bodies that touch there, or move them apart"
+        "it has {} where touching faces coincide, {place}: join the bodies that touch there, or move them apart",
+        counted(*count, "non-manifold edge", "non-manifold edges")
     )]
     CoincidingFaces {
         /// Edges with such faces.
@@ -118,7 +135,8 @@ pub enum Defect {
     },
     /// Triangles without area that no local change removes.
     #[error(
-        "{count} triangles without area cannot be removed without changing the shape, {place}: remesh the surface there"
+        "{} without area cannot be removed without changing the shape, {place}: remesh the surface there",
+        counted(*count, "degenerate triangle", "degenerate triangles")
     )]
     Degenerate {
         /// Triangles.
@@ -127,7 +145,8 @@ pub enum Defect {
         place: Place,
     },
     /// A shell that encloses nothing.
-    #[error("{count} connected parts enclose no volume, {place}: remove what is flat, or give it a thickness")]
+    #[error("{} no volume, {place}: remove what is flat, or give it a thickness",
+        counted(*count, "connected part encloses", "connected parts enclose"))]
     NoVolume {
         /// Shells.
         count: usize,

@@ -2,7 +2,7 @@
 
 use super::defects::Defect;
 use super::soup::Soup;
-use crate::surface::ray::{coplanar, same_side};
+use crate::geometry::predicates::{Sign, normal_signs, orient3d};
 
 /// Edge `i` of triangle `t` runs from its corner `i` to corner `i + 1`; its number is `3 t + i`.
 pub type EdgeId = u32;
@@ -100,7 +100,8 @@ fn faces_overlap(soup: &Soup, group: &[([u32; 2], EdgeId)]) -> bool {
     group.iter().enumerate().any(|(k, &(_, e))| {
         group[..k].iter().any(|&(_, f)| {
             let (c, d) = (apex(e), apex(f));
-            coplanar(a, b, c, d) && same_side(a, b, c, d)
+            // Parallel normals agree in the sign of every component that is not zero.
+            orient3d(a, b, c, d) == Sign::Zero && normal_signs(a, b, c) == normal_signs(a, b, d)
         })
     })
 }

@@ -21,8 +21,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::defects::Defect;
-use super::ray;
 use super::soup::{Soup, note_count};
+use crate::geometry::predicates::collinear;
 
 /// Triangles lower than this are without area: 4 grid units of the frame, which rounding to the grid can do to one.
 const HEIGHT: f64 = 4.0 / (1u64 << 52) as f64;
@@ -91,7 +91,7 @@ fn is_needle(corners: [DVec3; 3]) -> bool {
 }
 
 fn is_flat([a, b, c]: [DVec3; 3]) -> bool {
-    ray::collinear(a, b, c)
+    collinear(a, b, c)
 }
 
 /// What came of one triangle.

@@ -6,55 +6,8 @@
 //! vertex, so that there is no special case left to count wrong.
 
 use glam::DVec3;
-use robust::{Coord, Coord3D};
 
-use crate::geometry::predicates::Sign;
-
-/// Sign of the area of the plane triangle (a, b, c), positive when counter-clockwise; exact.
-pub fn orient2d(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Sign {
-    let coord = |[x, y]: [f64; 2]| Coord { x, y };
-    sign(robust::orient2d(coord(a), coord(b), coord(c)))
-}
-
-/// Sign of det[b - a, c - a, d - a]: positive where d sees (a, b, c) counter-clockwise from above; exact.
-fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
-    let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
-    // Shewchuk's sign is the opposite.
-    sign(-robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
-}
-
-fn sign(x: f64) -> Sign {
-    match x {
-        x if x > 0.0 => Sign::Positive,
-        x if x < 0.0 => Sign::Negative,
-        _ => Sign::Zero,
-    }
-}
-
-/// Whether four points lie in one plane; exact.
-pub fn coplanar(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
-    orient3d(a, b, c, d) == Sign::Zero
-}
-
-/// Whether three points lie on one line; exact.
-pub fn collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
-    normal_signs(a, b, c) == [Sign::Zero; 3]
-}
-
-/// Whether c and d, coplanar with a and b and neither on their line, lie on the same side of it; exact.
-pub fn same_side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
-    // Parallel normals agree in the sign of every component that is not zero.
-    normal_signs(a, b, c) == normal_signs(a, b, d)
-}
-
-/// Signs of the components of (b - a) x (c - a); exact.
-fn normal_signs(a: DVec3, b: DVec3, c: DVec3) -> [Sign; 3] {
-    let drop = |i: usize| {
-        let project = |p: DVec3| [p[(i + 1) % 3], p[(i + 2) % 3]];
-        orient2d(project(a), project(b), project(c))
-    };
-    [drop(0), drop(1), drop(2)]
-}
+use crate::geometry::predicates::{Sign, normal_signs, orient2d, orient3d};
 
 /// The query of an inside test, made safe for the predicates.
 ///
@@ -86,10 +39,10 @@ pub fn crosses_upward([a, b, c]: [DVec3; 3], p: DVec3) -> bool {
 
 /// On which side of the projected line from a to b the perturbed query lies; zero only if a and b project to a point.
 fn side(a: DVec3, b: DVec3, p: DVec3) -> Sign {
-    match orient2d([a.x, a.y], [b.x, b.y], [p.x, p.y]) {
+    match orient2d(a.truncate(), b.truncate(), p.truncate()) {
         // The derivative of the area by the query's x is a.y - b.y, by its y it is b.x - a.x.
-        Sign::Zero if a.y != b.y => sign(a.y - b.y),
-        Sign::Zero => sign(b.x - a.x),
+        Sign::Zero if a.y != b.y => Sign::of(a.y - b.y),
+        Sign::Zero => Sign::of(b.x - a.x),
         s => s,
     }
 }
