@@ -39,16 +39,16 @@ fn inside_exactly(points: &[DVec3], triangles: &[[u32; 3]], p: DVec3) -> bool {
         let [a, b, c] = t.map(|v| scaled(points[v as usize]));
         let flat = |u: &[BigInt; 3], v: &[BigInt; 3]| {
             let area = (&u[0] - &q[0]) * (&v[1] - &q[1]) - (&u[1] - &q[1]) * (&v[0] - &q[0]);
-            assert!(!area.is_zero(), "perturbed");
-            area > BigInt::zero()
+            area.cmp(&BigInt::zero())
         };
+        // Zero only along a vertical edge: no ray crosses that triangle.
         let turns = [flat(&a, &b), flat(&b, &c), flat(&c, &a)];
         if turns[0] != turns[1] || turns[1] != turns[2] {
             return false;
         }
         let side = exact_orient3d([&a, &b, &c, &q]);
         assert!(side != Sign::Zero, "perturbed");
-        (side == Sign::Negative) == turns[0]
+        (side == Sign::Negative) == turns[0].is_gt()
     };
     triangles.iter().filter(above).count() % 2 == 1
 }

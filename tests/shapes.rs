@@ -124,11 +124,9 @@ impl Shape {
         self
     }
 
-    /// The mirror image across the plane through the middle of its box, across x: a cube's diagonals change.
+    /// The mirror image with y and -y exchanged: a cube stays, but its diagonals change.
     pub fn mirrored(mut self) -> Shape {
-        let low = self.points.iter().fold(f64::INFINITY, |m, p| m.min(p.x));
-        let high = self.points.iter().fold(f64::NEG_INFINITY, |m, p| m.max(p.x));
-        self.points.iter_mut().for_each(|p| p.x = low + high - p.x);
+        self.points.iter_mut().for_each(|p| p.y = -p.y);
         self.reversed()
     }
 
@@ -241,8 +239,11 @@ pub fn bad_models() -> Vec<(&'static str, Vec<u8>)> {
     let mut twice = cube();
     twice.faces.push(vec![4, 5, 7]);
     add("duplicate_face.obj", twice.obj("a cube with one triangle twice"));
-    add("touching_cubes.obj", cube().with(&at(2.0, 0.0, 0.0).mirrored()).obj("two cubes that share a side"));
-    add("touching_cubes_crossed.obj", cube().with(&at(2.0, 0.0, 0.0)).obj("the same, cut along other diagonals"));
+    add("touching_cubes.obj", cube().with(&at(2.0, 0.0, 0.0)).obj("two cubes that share a side"));
+    add(
+        "touching_cubes_crossed.obj",
+        cube().with(&at(2.0, 0.0, 0.0).mirrored()).obj("the same, cut along other diagonals"),
+    );
     let mut wall = Shape::cuboid(DVec3::NEG_ONE, DVec3::ONE);
     wall.points.push(DVec3::ZERO);
     // A fin from the edge 0-1 into the cube and, on the other side of itself, back.

@@ -14,8 +14,8 @@ use glam::DVec3;
 
 use super::polygon;
 use crate::error::Error;
-use crate::surface::Surface;
 use crate::surface::defects::Defect;
+use crate::surface::{Surface, note_count};
 
 /// Reads and checks the surface in an OBJ file.
 pub fn read(path: &Path) -> Result<Surface, Error> {
@@ -100,15 +100,21 @@ fn assemble(models: &[tobj::Model], log: &Log) -> Soup {
             face += 1;
         }
     }
+    let notes = &mut soup.notes;
     let unused = log.vertices - soup.points.len();
-    let mut note = |count: usize, text: &str| {
-        if count > 0 {
-            soup.notes.push(format!("{count} {text}"));
-        }
-    };
-    note(unused, "vertices that no face uses were dropped");
-    note(short, "faces with fewer than three corners were left out");
-    note(folded, "polygons could not be cut without folding (they cross themselves or have no area) and were fanned");
+    note_count(notes, unused, "vertex that no face uses was dropped", "vertices that no face uses were dropped");
+    note_count(
+        notes,
+        short,
+        "face with fewer than three corners was left out",
+        "faces with fewer than three corners were left out",
+    );
+    note_count(
+        notes,
+        folded,
+        "polygon could not be cut without folding (it crosses itself or has no area) and was fanned",
+        "polygons could not be cut without folding (they cross themselves or have no area) and were fanned",
+    );
     soup
 }
 

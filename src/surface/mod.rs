@@ -27,6 +27,8 @@ use box_tree::BoxTree;
 use defects::Defect;
 use soup::Soup;
 
+pub(crate) use soup::note_count;
+
 /// A closed, edge- and vertex-manifold, consistently oriented surface that bounds a solid; it cannot be built with a
 /// defect. Its points are in the normalised frame, on its grid. Self-crossings are not looked for here.
 pub struct Surface {

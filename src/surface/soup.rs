@@ -89,13 +89,11 @@ impl Soup {
             new[v as usize] = 0;
         }
         let mut count = 0;
-        for v in 0..new.len() {
-            if new[v] == 0 {
-                new[v] = count;
-                self.points[count as usize] = self.points[v];
-                self.model[count as usize] = self.model[v];
-                count += 1;
-            }
+        for (v, new) in new.iter_mut().enumerate().filter(|(_, new)| **new == 0) {
+            *new = count;
+            self.points[count as usize] = self.points[v];
+            self.model[count as usize] = self.model[v];
+            count += 1;
         }
         self.points.truncate(count as usize);
         self.model.truncate(count as usize);
@@ -203,7 +201,7 @@ fn check_range(frame: &Frame, bounds: &BoundingBox) -> Result<(), Defect> {
 }
 
 /// Adds `one` or `many` after the count, unless it is 0.
-pub(super) fn note_count(notes: &mut Vec<String>, count: usize, one: &str, many: &str) {
+pub(crate) fn note_count(notes: &mut Vec<String>, count: usize, one: &str, many: &str) {
     match count {
         0 => {}
         1 => notes.push(format!("1 {one}")),
