@@ -7,6 +7,7 @@ use tetcvt::surface::defects::Defect;
 use tetcvt::{Error, Surface, io};
 
 use crate::shapes::{self, Shape};
+use crate::support::Rng;
 
 fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models")
@@ -28,11 +29,12 @@ fn assert_close(value: f64, expected: f64, relative: f64, what: &str) {
 #[test]
 fn the_files_are_what_the_shapes_make() {
     for (name, text) in shapes::models() {
-        assert_eq!(std::fs::read_to_string(models().join(name)).expect(name), text, "{name}");
-        assert!(text.len() < 500_000, "{name}");
+        let file = std::fs::read_to_string(models().join(name)).expect(name);
+        assert!(file == text && text.len() < 500_000, "{name}: cargo run --example make_models");
     }
     for (name, bytes) in shapes::bad_models() {
-        assert_eq!(std::fs::read(models().join("bad").join(name)).expect(name), bytes, "{name}");
+        let file = std::fs::read(models().join("bad").join(name)).expect(name);
+        assert!(file == bytes, "{name}: cargo run --example make_models");
     }
 }
 
@@ -244,4 +246,45 @@ fn nothing_that_crosses_itself_panics() {
             assert!(surface.volume().is_finite());
         }
     }
+}
+
+#[test]
+fn whatever_the_triangles_a_surface_is_sound_or_refused() {
+    let mut rng = Rng(17);
+    let (mut sound, mut mended) = (0, 0);
+    for i in 0..1500 {
+        let mut shape = match i % 3 {
+            0 => Shape::icosphere(1 + i % 2, 1.0),
+            1 => Shape::torus(8, 5, 1.0, 0.4),
+            _ => Shape::cube().with(&shapes::cube_with_needle().placed(DVec3::splat(0.1), 0.5)),
+        };
+        // Rounded to a coarse grid: welded vertices, triangles without area, sides on each other.
+        let grid = 2.0 + rng.below(40) as f64;
+        shape.points.iter_mut().for_each(|p| *p = (*p * grid).round());
+        if i % 5 == 0 {
+            let victim = rng.below(shape.faces.len());
+            let vertex = rng.below(shape.points.len()) as u32;
+            shape.faces[victim][rng.below(3)] = vertex;
+        }
+        for f in shape.faces.iter_mut() {
+            if i % 7 == 0 && rng.below(4) == 0 {
+                f.reverse();
+            }
+        }
+        let Ok(surface) = shape.surface() else { continue };
+        sound += 1;
+        mended += usize::from(surface.notes().iter().any(|n| n.contains("no area")));
+        // Closed and oriented: every edge is there once in each direction.
+        let mut edges: Vec<[u32; 2]> =
+            surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        edges.sort_unstable();
+        assert!(edges.windows(2).all(|w| w[0] != w[1]), "{i}");
+        assert!(edges.iter().all(|&[a, b]| edges.binary_search(&[b, a]).is_ok()), "{i}");
+        for t in 0..surface.triangles().len() as u32 {
+            let [a, b, c] = surface.corners(t);
+            assert!((b - a).cross(c - a) != DVec3::ZERO, "{i}: triangle {t}");
+        }
+        assert!(surface.volume().is_finite() && surface.area() > 0.0);
+    }
+    assert!(sound > 300 && mended > 20, "{sound} {mended}");
 }
