@@ -43,6 +43,9 @@ mod cli;
 #[cfg(unix)]
 mod cli_unix;
 
+// What a run says of its mesh.
+mod report;
+
 // Its files, read back by VTK.
 mod output;
 

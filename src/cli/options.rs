@@ -41,7 +41,7 @@ pub(super) struct Options {
     seeds: Option<usize>,
 
     /// Target edge length in model units, in place of --seeds; 2% = of the bounding-box diagonal
-    #[arg(long, value_name = "L|L%", help_heading = "Size", value_parser = edge, allow_negative_numbers = true)]
+    #[arg(long, value_name = "L|L%", help_heading = "Size", value_parser = edge, allow_hyphen_values = true)]
     edge: Option<Target>,
 
     /// Where seeds may lie

@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::geometry::tetrahedron;
 use crate::progress::Step;
 use crate::quality::TetQuality;
 use crate::seeds::SeedKind;
@@ -188,7 +189,6 @@ impl MeshReport {
         let count = |kind: SeedKind| mesh.kinds.iter().filter(|&&k| k == kind).count();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let length = |l: f64| surface.frame().length_to_model(l);
-        let volume = quality.volume.iter().sum::<f64>();
         let distance = Distance::between(mesh, surface);
         MeshReport {
             vertices: mesh.points.len(),
@@ -198,8 +198,9 @@ impl MeshReport {
             surface_seeds: count(SeedKind::Surface),
             curve_seeds: count(SeedKind::Curve),
             corner_seeds: count(SeedKind::Corner),
-            volume,
-            volume_error: volume / length(length(length(surface.volume()))) - 1.0,
+            volume: quality.volume.iter().sum(),
+            // In the frame: in units of the model a volume may be out of range.
+            volume_error: volume_at_scale(mesh, surface.frame().scale) / surface.volume() - 1.0,
             hausdorff: distance.hausdorff / surface.diagonal(),
             rms_distance: distance.rms / surface.diagonal(),
             min_dihedral: quality.min_dihedral.iter().copied().fold(180.0, f64::min),
@@ -209,6 +210,15 @@ impl MeshReport {
             dihedral_histogram: quality.histogram.to_vec(),
         }
     }
+}
+
+/// Sum of the volumes of the tets, with lengths multiplied by `scale`.
+fn volume_at_scale(mesh: &TetMesh, scale: f64) -> f64 {
+    let volume = |tet: &[u32; 4]| {
+        let [a, b, c, d] = tet.map(|v| (mesh.points[v as usize] - mesh.points[tet[0] as usize]) * scale);
+        tetrahedron::volume(a, b, c, d)
+    };
+    mesh.tets.iter().map(volume).sum()
 }
 
 #[cfg(test)]
