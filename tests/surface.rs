@@ -229,7 +229,7 @@ fn polygons_of_many_corners_are_cut_without_folds() {
     for n in [9u32, 60, 900] {
         let corner = |i: u32| {
             let u = std::f64::consts::TAU * f64::from(i) / f64::from(n);
-            let r = if i % 3 == 0 { 1.0 } else { 0.8 };
+            let r = if i.is_multiple_of(3) { 1.0 } else { 0.8 };
             (r * u.cos(), r * u.sin())
         };
         let outline: Vec<(f64, f64)> = (0..n).map(corner).collect();
