@@ -224,6 +224,40 @@ fn sources_and_patches_follow_the_file() {
 }
 
 #[test]
+fn polygons_of_many_corners_are_cut_without_folds() {
+    // A prism over a gear with a tooth every third corner.
+    for n in [9u32, 60, 900] {
+        let corner = |i: u32| {
+            let u = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            let r = if i.is_multiple_of(3) { 1.0 } else { 0.8 };
+            (r * u.cos(), r * u.sin())
+        };
+        let outline: Vec<(f64, f64)> = (0..n).map(corner).collect();
+        let level = |z: f64| outline.iter().map(move |&(x, y)| DVec3::new(x, y, z));
+        let mut faces = vec![(0..n).rev().collect(), (n..2 * n).collect()];
+        faces.extend((0..n).map(|i| vec![i, (i + 1) % n, (i + 1) % n + n, i + n]));
+        let gear = Shape { points: level(0.0).chain(level(1.0)).collect(), faces };
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("gear.obj");
+        std::fs::write(&path, gear.obj_with("gear", |x| x.to_string())).expect("a file");
+        let surface = io::read_surface(&path).expect("a gear");
+        assert!(surface.notes().is_empty(), "{:?}", surface.notes());
+        let cross = |i: usize| {
+            let ((a, b), (c, d)) = (outline[i], outline[(i + 1) % outline.len()]);
+            a * d - b * c
+        };
+        let area = 0.5 * (0..outline.len()).map(cross).sum::<f64>();
+        assert_close(volume(&surface), area, 1e-13, "gear");
+        // Folds would add area to the flat sides.
+        let flat: f64 = (0..surface.triangles().len() as u32)
+            .map(|t| surface.corners(t))
+            .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).z.abs() / surface.frame().scale.powi(2))
+            .sum();
+        assert_close(flat, 2.0 * area, 1e-12, "flat sides");
+    }
+}
+
+#[test]
 fn what_cannot_be_opened_is_an_error_of_reading() {
     for path in [models().join("there_is_none.obj"), models()] {
         let error = io::read_surface(&path).err().expect("an error");

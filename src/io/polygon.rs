@@ -99,7 +99,7 @@ fn best_ear(plane: &[DVec2], ids: &[usize]) -> Option<usize> {
         if better && !ids.iter().any(|&v| inside(plane[v])) {
             best = Some((shape, i));
             // In a polygon of very many corners the first good ear must do, or cutting would take cubic time.
-            if ids.len() > 256 && shape > 0.1 {
+            if ids.len() > 256 && shape > 1e-6 {
                 break;
             }
         }
