@@ -276,6 +276,11 @@ impl<'a> Relaxation<'a> {
         &self.clipped
     }
 
+    /// Seconds spent on moving so far: the triangulation's and the cells'.
+    pub fn moving_time(&self) -> f64 {
+        self.times.update + self.times.centroids
+    }
+
     /// What each iteration did so far, and where the time went.
     pub fn into_record(self) -> (Vec<Step>, StageTimes) {
         (self.steps, self.times)

@@ -44,7 +44,8 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     // 3. More seeds where a valid mesh needs them.
     observer.stage(Stage::Extract);
     let started = Instant::now();
-    let inside = refine::until_valid(&mut relaxation, surface, params, observer)?;
+    let moved_s = relaxation.moving_time();
+    let inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
     observer.triangulation(relaxation.delaunay(), surface.frame());
 
     // 4. The restricted Delaunay tets and their boundary.
@@ -56,7 +57,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     mesh.stopped = describe(stopped, params);
     (mesh.steps, mesh.times) = relaxation.into_record();
     mesh.times.seeds = seeds_s;
-    mesh.times.extract = started.elapsed().as_secs_f64();
+    mesh.times.extract = started.elapsed().as_secs_f64() - (mesh.times.update + mesh.times.centroids - moved_s);
     Ok(mesh)
 }
 

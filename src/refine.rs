@@ -25,14 +25,14 @@ fn smoothing(round: usize) -> usize {
     [5, 5, 4, 3, 2, 2, 1, 1].get(round).copied().unwrap_or(0)
 }
 
-/// Labels the tets of the mesh; inserts seeds until they form one.
+/// Labels the tets of the mesh; inserts seeds until they form one. After an interruption only what must be is mended.
 pub fn until_valid(
     relaxation: &mut Relaxation,
     surface: &Surface,
     params: &Params,
     observer: &mut dyn Observer,
+    mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
-    let mut interrupted = false;
     for round in 0.. {
         let kinds: Vec<SeedKind> = relaxation.seeds().anchors.iter().map(|a| a.kind()).collect();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
@@ -48,7 +48,7 @@ pub fn until_valid(
         if let Some(first) = fatal.first()
             && (proposals.is_empty() || round == ROUNDS || donors.is_empty())
         {
-            return Err(too_few(surface, params, first, kinds.len(), &proposals));
+            return Err(too_few(surface, first, kinds.len(), &proposals));
         }
         if donors.is_empty() {
             return Ok(labels);
@@ -134,10 +134,9 @@ fn note(round: usize, defects: &[Defect], moved: usize) -> String {
 }
 
 /// The error for a sampling that cannot be mended.
-fn too_few(surface: &Surface, params: &Params, defect: &Defect, count: usize, proposals: &[Proposal]) -> Error {
+fn too_few(surface: &Surface, defect: &Defect, count: usize, proposals: &[Proposal]) -> Error {
     let place = surface.frame().to_model(defect.place).to_array();
-    let _ = params;
-    // Twice the spacing's resolution on the surface takes about four times the seeds there.
+    // A place that is still too coarse takes a few seeds more than were moved to it.
     let needed = (count + count / 2).max(count + 4 * proposals.len());
     Error::TooFewSeeds { count, needed, reason: defect.kind.describe().to_string(), place }
 }

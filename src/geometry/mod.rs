@@ -4,8 +4,6 @@ pub mod bounding_box;
 
 pub mod frame;
 
-pub mod hilbert;
-
 mod integers;
 
 pub mod predicates;
