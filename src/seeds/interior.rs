@@ -19,6 +19,7 @@ use super::counts::CELL;
 use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
 use super::surface_sampling::BoundarySeed;
+use crate::delaunay::hilbert_order;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::frame::snap;
 use crate::params::Start;
@@ -181,6 +182,8 @@ impl<'a> Interior<'a> {
 
     fn blue_noise(&self, count: usize, rng: &mut Rng) -> Vec<DVec3> {
         let points = self.uniform(OVERSAMPLING * count, rng);
+        // Neighbours in space become neighbours in memory: elimination is bound by that.
+        let points: Vec<DVec3> = hilbert_order(&points).into_iter().map(|i| points[i as usize]).collect();
         // Packed as densely as can be, points of cells of volume v are 1.1225 v^(1/3) apart.
         let spacing = 1.1225 * CELL.cbrt() * self.spacing;
         let sample = |position| Sample { position, normal: DVec3::ZERO, spacing, group: 0 };
