@@ -559,3 +559,14 @@ fn check_names_what_is_wrong_with_a_mesh() {
         assert!(error.contains(message), "{error}");
     }
 }
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let sampled = Sampled::new(torus(), 1500);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mesh = pool.install(|| whole("torus", &sampled));
+        (mesh.points, mesh.tets, mesh.boundary)
+    };
+    assert_eq!(run(1), run(3));
+}

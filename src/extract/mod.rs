@@ -1,16 +1,16 @@
 //! Takes the mesh out of the triangulation.
 //!
-//! 1. [`label`]: the restricted Delaunay tets are those whose circumcentres lie in the solid; the facets between them
+//! 1. [`label()`]: the restricted Delaunay tets are those whose circumcentres lie in the solid; the facets between them
 //!    and the rest, the restricted Delaunay surface, are those whose dual Voronoi edges cross the surface an odd number
 //!    of times. Edelsbrunner, Shah, *Triangulating topological spaces*, International Journal of Computational Geometry
 //!    and Applications 7(4), 1997, doi 10.1142/S0218195997000223: where Voronoi cells, facets and edges each meet the
 //!    surface in a ball, that surface is the input's up to a homeomorphism.
-//! 2. [`mend`]: where the sampling is nearly good enough, or a wall is thinner than the spacing, toggles labels near the
+//! 2. [`mend()`]: where the sampling is nearly good enough, or a wall is thinner than the spacing, toggles labels near the
 //!    surface until the boundary is a manifold with the input's topology and every seed is in use.
-//! 3. [`defects`], [`proposals`]: what is left, and where further seeds on the surface would mend it, after Boissonnat,
+//! 3. [`defects()`], [`proposals()`]: what is left, and where further seeds on the surface would mend it, after Boissonnat,
 //!    Oudot, *Provably good sampling and meshing of surfaces*, Graphical Models 67(5), 2005,
 //!    doi 10.1016/j.gmod.2005.01.004: at the crossing of a Voronoi edge with the surface farthest from its seeds.
-//! 4. [`mesh`]: vertices, oriented tets, regions, boundary triangles.
+//! 4. [`mesh()`]: vertices, oriented tets, regions, boundary triangles.
 //!
 //! Cost: linear in the triangulation but for a sort of the boundary's edges; mending adds a term for each defect.
 
