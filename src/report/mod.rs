@@ -188,7 +188,6 @@ impl MeshReport {
     pub fn of(mesh: &TetMesh, quality: &TetQuality, surface: &Surface) -> MeshReport {
         let count = |kind: SeedKind| mesh.kinds.iter().filter(|&&k| k == kind).count();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let length = |l: f64| surface.frame().length_to_model(l);
         let distance = Distance::between(mesh, surface);
         MeshReport {
             vertices: mesh.points.len(),
