@@ -138,7 +138,7 @@ impl Temporary {
         }
         let file = builder.tempfile_in(folder(target)).map_err(|e| {
             // The temporary name means nothing to the user.
-            io::Error::new(e.kind(), e.get_ref().map_or_else(|| e.to_string(), |inner| cause(inner)))
+            io::Error::new(e.kind(), e.get_ref().map_or_else(|| e.to_string(), cause))
         })?;
         files.insert(file.path().to_owned());
         Ok(Temporary { writer: Some(BufWriter::with_capacity(1 << 16, file)) })

@@ -2,7 +2,7 @@
 //!
 //! The XML formats (`.vtu`, `.vtp`) are written by hand, in `xml`: raw appended data, which `vtkio` cannot write, is ten
 //! times faster and a third smaller than its inline base64, and it is what ParaView writes itself. The legacy format
-//! (`.vtk`) goes through `vtkio`, in `legacy`. Both get the same [`Grid`], so that their fields never differ.
+//! (`.vtk`) goes through `vtkio`, in `legacy`. Both get the same arrays, so that their fields never differ.
 
 use std::io;
 use std::path::Path;
