@@ -1,8 +1,10 @@
 // The same points through CGAL: reads the points that bench/kernel.rs wrote, builds, and answers one line per request.
 //
-// Standard input, one request per line: "time FILE MODE" or "tets FILE OUT"; MODE is "default" (the default triangulation
-// data structure) or "cell" (with Delaunay_triangulation_cell_base_3 named).
+// Standard input, one request per line: "time FILE -" or "tets FILE OUT".
 // Answers: nanoseconds of the thread and number of finite tets.
+//
+// Default_tds and default location policy: the cell base of a Delaunay triangulation, no hierarchy. The range constructor
+// sorts the points spatially.
 
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Delaunay_triangulation_cell_base_3.h>
@@ -20,10 +22,8 @@
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
-using Plain = CGAL::Delaunay_triangulation_3<Kernel>;
+using Triangulation = CGAL::Delaunay_triangulation_3<Kernel>;
 using CellBase = CGAL::Delaunay_triangulation_cell_base_3<Kernel>;
-using WithCell = CGAL::Delaunay_triangulation_3<
-    Kernel, CGAL::Triangulation_data_structure_3<CGAL::Triangulation_vertex_base_3<Kernel>, CellBase>>;
 using Numbered = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;
 using WithInfo = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<Numbered, CellBase>>;
 
@@ -45,7 +45,6 @@ static std::int64_t cpu_nanoseconds() {
   return std::int64_t{1000000000} * t.tv_sec + t.tv_nsec;
 }
 
-template <class Triangulation>
 static void time_build(const std::vector<Point>& points) {
   const std::int64_t start = cpu_nanoseconds();
   const Triangulation triangulation(points.begin(), points.end());
@@ -77,10 +76,8 @@ int main() {
     const std::vector<Point> points = read_points(path);
     if (verb == "tets") {
       write_tets(points, argument);
-    } else if (argument == "cell") {
-      time_build<WithCell>(points);
     } else {
-      time_build<Plain>(points);
+      time_build(points);
     }
   }
 }

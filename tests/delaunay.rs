@@ -1,7 +1,10 @@
 //! The triangulation against brute force.
 
 use glam::DVec3;
-use tetcvt::delaunay::{Delaunay, DelaunayError};
+use num_bigint::BigInt;
+use proptest::prelude::{ProptestConfig, prop, prop_assert, proptest};
+use tetcvt::delaunay::{Delaunay, DelaunayError, Facet, INFINITE};
+use tetcvt::geometry::predicates::Sign;
 
 use crate::support::*;
 
@@ -46,7 +49,6 @@ fn build(points: &[DVec3]) -> Delaunay {
 
 #[test]
 fn spheres_are_empty_by_brute_force() {
-    use tetcvt::geometry::predicates::Sign;
     for (kind, points) in kinds() {
         let delaunay = build(&points);
         delaunay.check().unwrap_or_else(|e| panic!("{kind}: {e}"));
@@ -129,5 +131,97 @@ fn points_without_a_tet_are_refused() {
     match Delaunay::build(&points).unwrap_err() {
         DelaunayError::NotFinite { index: 5, .. } => {}
         other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn tets_fill_the_hull() {
+    for (kind, points) in kinds() {
+        let delaunay = build(&points);
+        let exact: Vec<ExactPoint> = delaunay.points().iter().map(|&p| exact(p)).collect();
+        let at = |v: u32| &exact[v as usize];
+        let inside: BigInt = delaunay.tets().map(|t| exact_volume6(t.map(at))).sum();
+        // Facets of the hull, seen from any one point, here the first; they are turned outward.
+        let hull: BigInt = delaunay
+            .vertices()
+            .iter()
+            .filter(|t| t[3] == INFINITE)
+            .map(|t| -exact_volume6([at(t[0]), at(t[1]), at(t[2]), at(0)]))
+            .sum();
+        assert!(inside == hull && inside > BigInt::ZERO, "{kind}: {inside} {hull}");
+        // And the hull is that of all points: none lies beyond a facet.
+        for t in delaunay.vertices().iter().filter(|t| t[3] == INFINITE) {
+            let beyond = |p| exact_orient3d([at(t[0]), at(t[1]), at(t[2]), p]) == Sign::Positive;
+            assert!(!exact.iter().any(beyond), "{kind}: {t:?}");
+        }
+    }
+}
+
+#[test]
+fn a_cavity_may_have_any_number_of_vertices() {
+    // Shells of a few hundred points and their common centre, whose cavity holds the inner shell; the order of
+    // insertion is not ours to choose, so try many sets.
+    for seed in 0..20 {
+        let mut rng = Rng(seed);
+        let mut points: Vec<DVec3> = (0..300).map(|_| rng.point().normalize()).collect();
+        points.push(rng.point() * 1e-3);
+        let delaunay = build(&points);
+        delaunay.check().unwrap_or_else(|e| panic!("{e}"));
+        assert!(delaunay.adjacency().of(300).len() > 64, "the centre sees the shell");
+    }
+}
+
+#[test]
+fn neighbours_are_mutual_and_ascend() {
+    for (kind, points) in kinds() {
+        let delaunay = build(&points);
+        let mut edges: Vec<(u32, u32)> = delaunay
+            .tets()
+            .flat_map(|t| (0..4).flat_map(move |i| (0..4).filter(move |&j| j != i).map(move |j| (t[i], t[j]))))
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let adjacency = delaunay.adjacency();
+        let listed = (0..points.len()).flat_map(|v| adjacency.of(v).iter().map(move |&w| (v as u32, w)));
+        assert!(listed.eq(edges), "{kind}");
+        for t in 0..delaunay.vertices().len() as u32 {
+            for i in 0..4 {
+                let (u, j) = delaunay.opposite(t, i);
+                assert_eq!(delaunay.neighbors()[u as usize][j], Facet::new(t, i));
+                assert_eq!(delaunay.neighbor(t, i), u);
+            }
+        }
+    }
+}
+
+#[test]
+fn points_out_of_range_are_held_scaled() {
+    for (factor, scaled) in [(1.0, false), (1e-15, false), (1e15, false), (1e-200, true), (1e200, true)] {
+        let points: Vec<DVec3> = uniform(30, 41).iter().map(|p| *p * factor).collect();
+        let delaunay = build(&points);
+        assert_eq!(delaunay.scale() != 1.0, scaled, "{factor}");
+        for (held, given) in delaunay.points().iter().zip(&points) {
+            assert_eq!(*held / delaunay.scale(), *given);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_subset_of_a_small_grid(cells in prop::collection::btree_set(0usize..125, 4..60), seed in 0u64..1000) {
+        let all = grid(5);
+        let mut points: Vec<DVec3> = cells.iter().map(|&c| all[c] * 0.1).collect();
+        match Delaunay::build(&points) {
+            Ok(delaunay) => {
+                prop_assert!(delaunay.check().is_ok(), "{:?}", delaunay.check());
+                let count = delaunay.tets().count();
+                Rng(seed).shuffle(&mut points);
+                prop_assert!(build(&points).tets().count() == count);
+            }
+            Err(DelaunayError::Flat { .. } | DelaunayError::Line { .. }) => {}
+            Err(other) => prop_assert!(false, "{other}"),
+        }
     }
 }

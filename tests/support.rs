@@ -171,9 +171,9 @@ pub fn exact_insphere(t: [&ExactPoint; 4], p: &ExactPoint) -> Sign {
     let rows = t.map(|v| minus(v, p));
     let lifts: Vec<BigInt> = rows.iter().map(|r| r.iter().map(|x| x * x).sum()).collect();
     let mut sum = BigInt::zero();
-    for i in 0..4 {
+    for (i, lift) in lifts.iter().enumerate() {
         let rest: Vec<&ExactPoint> = (0..4).filter(|&j| j != i).map(|j| &rows[j]).collect();
-        let term = &lifts[i] * det3(rest[0], rest[1], rest[2]);
+        let term = lift * det3(rest[0], rest[1], rest[2]);
         // Expansion along the last column; with p as origin, a positive tet around it has a positive sum.
         if i % 2 == 0 { sum -= term } else { sum += term }
     }

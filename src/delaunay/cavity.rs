@@ -1,4 +1,11 @@
 //! The conflict zone of a point, and the star that fills it.
+//!
+//! 1. Carve: spread over the tets in conflict with the point, and collect the facets around them.
+//! 2. Number the new tets, one per facet, in place of those of the zone.
+//! 3. Label the vertices around the cavity, so that what follows works on small tables.
+//! 4. Glue: each new tet to the tet outside, and to the new tet across each edge of its facet.
+//!
+//! The steps are functions of their own, never inlined: it costs nothing, and profiles name them.
 
 use glam::DVec3;
 

@@ -157,3 +157,43 @@ impl Delaunay {
         self.vertices[across.tet() as usize][across.slot()]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tets on a triangle, and a point apart.
+    fn sound() -> Delaunay {
+        let points =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.1, 0.2, 1.0], [0.3, 0.1, -1.0], [2.0, 2.0, 2.0]];
+        Delaunay::build(&points.map(DVec3::from_array)).expect("these points have tets")
+    }
+
+    fn complaint(spoil: impl Fn(&mut Delaunay)) -> String {
+        let mut delaunay = sound();
+        assert_eq!(delaunay.check(), Ok(()));
+        spoil(&mut delaunay);
+        delaunay.check().expect_err("spoilt")
+    }
+
+    #[test]
+    fn each_kind_of_violation_is_named() {
+        assert!(complaint(|d| d.vertices[0][0] = d.vertices[0][1]).contains("twice"));
+        assert!(complaint(|d| d.vertices[0][0] = 77).contains("has vertex 77"));
+        assert!(complaint(|d| d.points.push(DVec3::splat(9.0))).contains("no tet has vertex 6"));
+        assert!(complaint(|d| d.neighbors[0].swap(0, 1)).contains("leads to"));
+        let finite = |d: &Delaunay| d.vertices.iter().position(|t| t[3] != INFINITE).expect("there are finite tets");
+        assert!(
+            complaint(|d| {
+                let t = finite(d);
+                d.vertices[t].swap(0, 1);
+            })
+            .contains("opposite turns")
+        );
+        // A point moved into the tets: still a complex, no longer Delaunay.
+        let moved = complaint(|d| d.points[5] = DVec3::new(0.2, 0.2, 0.1));
+        assert!(moved.contains("not positive") || moved.contains("inside the sphere"), "{moved}");
+        let hull = complaint(|d| d.points[5] = DVec3::new(0.3, 0.3, 0.4));
+        assert!(["not positive", "inside the sphere", "is seen from"].iter().any(|s| hull.contains(s)), "{hull}");
+    }
+}
