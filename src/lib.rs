@@ -30,6 +30,8 @@ pub mod quality;
 
 pub mod extract;
 
+pub mod fidelity;
+
 pub mod refine;
 
 pub mod mesher;

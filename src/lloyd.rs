@@ -276,6 +276,11 @@ impl<'a> Relaxation<'a> {
         &self.clipped
     }
 
+    /// Iterations made so far.
+    pub fn iterations(&self) -> usize {
+        self.steps.len()
+    }
+
     /// Seconds spent on moving so far: the triangulation's and the cells'.
     pub fn moving_time(&self) -> f64 {
         self.times.update + self.times.centroids

@@ -5,10 +5,10 @@ use std::time::Instant;
 use crate::error::Error;
 use crate::extract::{self, Sampling};
 use crate::lloyd::{Relaxation, Stopped};
-use crate::params::Params;
+use crate::params::{Boundary, Params};
 use crate::progress::{Observer, Stage};
 use crate::refine;
-use crate::seeds::{self, SeedKind};
+use crate::seeds;
 use crate::surface::Surface;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
@@ -39,7 +39,13 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     // 2. To a centroidal Voronoi tessellation of the solid.
     observer.stage(Stage::Relax { iterations: params.iterations });
     let mut relaxation = Relaxation::new(surface, &features, params, seeds)?;
-    let stopped = relaxation.run(params.iterations, observer)?;
+    let mut stopped = relaxation.run(params.iterations * 2 / 3, observer)?;
+    if params.boundary == Boundary::Conform && stopped != Stopped::Caller && params.iterations > 0 {
+        stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
+    }
+    if stopped != Stopped::Caller {
+        stopped = relaxation.run(params.iterations.saturating_sub(relaxation.iterations()), observer)?;
+    }
 
     // 3. More seeds where a valid mesh needs them.
     observer.stage(Stage::Extract);
@@ -49,7 +55,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     observer.triangulation(relaxation.delaunay(), surface.frame());
 
     // 4. The restricted Delaunay tets and their boundary.
-    let kinds: Vec<SeedKind> = relaxation.seeds().anchors.iter().map(|a| a.kind()).collect();
+    let kinds = relaxation.seeds().kinds();
     let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
     let mut mesh = extract::mesh(&sampling, &inside);
     mesh.check().map_err(Error::Broken)?;

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::extract::{self, Defect, Proposal, Sampling};
+use crate::fidelity;
 use crate::geometry::frame::snap;
 use crate::lloyd::{Relaxation, Stopped};
 use crate::params::{Boundary, Params};
@@ -20,9 +21,41 @@ const ROUNDS: usize = 24;
 /// Rounds that also mend what is only unsightly, such as an interior seed on the boundary.
 const POLISHED_ROUNDS: usize = 3;
 
+/// Rounds of insertion for the sake of the volume, and iterations after each.
+const FIDELITY_ROUNDS: usize = 8;
+const FIDELITY_SMOOTHING: usize = 2;
+
 /// Iterations after round r: enough to smooth at first, none in the end.
 fn smoothing(round: usize) -> usize {
     [5, 5, 4, 3, 2, 2, 1, 1].get(round).copied().unwrap_or(0)
+}
+
+/// Adds seeds to the surface where flat facets cut off too much of the solid, and lets them settle.
+pub fn follow_surface(
+    relaxation: &mut Relaxation,
+    surface: &Surface,
+    params: &Params,
+    observer: &mut dyn Observer,
+) -> Result<Stopped, Error> {
+    for round in 0..FIDELITY_ROUNDS {
+        let kinds = relaxation.seeds().kinds();
+        let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
+        let labels = extract::label(&sampling, relaxation.clipped());
+        let donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
+        if donors.is_empty() {
+            break;
+        }
+        observer.note(&format!(
+            "round {}: {} seeds moved to where flat facets cut off most of the solid",
+            round + 1,
+            donors.len()
+        ));
+        insert(relaxation, params, donors, observer)?;
+        if relaxation.run(FIDELITY_SMOOTHING, observer)? == Stopped::Caller {
+            return Ok(Stopped::Caller);
+        }
+    }
+    Ok(Stopped::Iterations)
 }
 
 /// Labels the tets of the mesh; inserts seeds until they form one. After an interruption only what must be is mended.
@@ -34,7 +67,7 @@ pub fn until_valid(
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
     for round in 0.. {
-        let kinds: Vec<SeedKind> = relaxation.seeds().anchors.iter().map(|a| a.kind()).collect();
+        let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
         let labels = extract::label(&sampling, relaxation.clipped());
         let labels = extract::mend(&sampling, labels);
@@ -54,22 +87,34 @@ pub fn until_valid(
             return Ok(labels);
         }
         observer.note(&note(round, &defects, donors.len()));
-        relaxation.refine_density(&proposals.iter().map(|p| (p.place, p.size)).collect::<Vec<_>>());
-        let mut targets: Vec<(DVec3, Anchor)> =
-            relaxation.seeds().positions.iter().copied().zip(relaxation.seeds().anchors.iter().copied()).collect();
-        for (donor, proposal) in donors {
-            let anchor = match params.boundary {
-                Boundary::Conform => Anchor::Surface { triangle: proposal.triangle },
-                Boundary::Free => Anchor::Interior,
-            };
-            targets[donor as usize] = (snap(proposal.place), anchor);
-        }
-        relaxation.move_to(targets, observer)?;
+        insert(relaxation, params, donors, observer)?;
         if !interrupted && params.iterations > 0 {
             interrupted = relaxation.run(smoothing(round), observer)? == Stopped::Caller;
         }
     }
     unreachable!("the last round returns: this is a bug in tetcvt")
+}
+
+/// Moves each donor to its proposal's place, and asks for a finer spacing there.
+fn insert(
+    relaxation: &mut Relaxation,
+    params: &Params,
+    donors: Vec<(u32, Proposal)>,
+    observer: &mut dyn Observer,
+) -> Result<(), Error> {
+    relaxation.refine_density(&donors.iter().map(|(_, p)| (p.place, p.size)).collect::<Vec<_>>());
+    let seeds = relaxation.seeds();
+    let mut targets: Vec<(DVec3, Anchor)> =
+        seeds.positions.iter().copied().zip(seeds.anchors.iter().copied()).collect();
+    for (donor, proposal) in donors {
+        let anchor = match params.boundary {
+            Boundary::Conform => Anchor::Surface { triangle: proposal.triangle },
+            Boundary::Free => Anchor::Interior,
+        };
+        targets[donor as usize] = (snap(proposal.place), anchor);
+    }
+    relaxation.move_to(targets, observer)?;
+    Ok(())
 }
 
 /// For each proposal a seed that can be spared: the least cells of the interior first, then of the surface, no two of

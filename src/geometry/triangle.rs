@@ -89,3 +89,8 @@ pub fn circumcenter(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     let n = u.cross(v);
     a + (u.length_squared() * v.cross(n) + v.length_squared() * n.cross(u)) / (2.0 * n.length_squared())
 }
+
+/// The mean of the corners.
+pub fn centroid(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
+    a + ((b - a) + (c - a)) / 3.0
+}

@@ -100,6 +100,13 @@ pub struct Seeds {
     pub relative_size: Vec<f64>,
 }
 
+impl Seeds {
+    /// The kind of each seed.
+    pub fn kinds(&self) -> Vec<SeedKind> {
+        self.anchors.iter().map(Anchor::kind).collect()
+    }
+}
+
 /// Streams of random numbers, so that one stage's draws do not shift another's.
 mod stream {
     pub(super) const THICKNESS: u64 = 1;
