@@ -26,14 +26,13 @@ impl Random {
     }
 }
 
-fn surface(shape: &Shape) -> Surface {
-    let ids: Vec<u32> = (0..shape.triangles.len() as u32).collect();
-    Surface::new(&shape.points, &shape.triangles, &ids, &vec![0; ids.len()]).expect("a valid shape")
+fn surface(shape: Shape) -> Surface {
+    shape.surface().expect("a valid shape")
 }
 
 /// The box [0, 1]^3.
 fn unit_cube() -> Surface {
-    surface(&crate::shapes::cuboid(DVec3::ZERO, DVec3::ONE))
+    surface(Shape::cuboid(DVec3::ZERO, DVec3::ONE))
 }
 
 /// Seeds given in model coordinates, in the frame of the surface.
@@ -125,9 +124,9 @@ fn bisectors_that_coincide_with_the_faces_give_all_to_one_side() {
 fn a_tilted_cube_and_a_lattice_that_is_aligned_with_it() {
     // The same coincidences as above, every one of them blurred by rounding.
     let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
-    let mut shape = crate::shapes::cuboid(DVec3::ZERO, DVec3::ONE);
+    let mut shape = Shape::cuboid(DVec3::ZERO, DVec3::ONE);
     shape.points.iter_mut().for_each(|p| *p = turn * *p);
-    let surface = surface(&shape);
+    let surface = surface(shape);
     let n = 6;
     let h = 1.0 / n as f64;
     for offset in [0.0, -0.5, 0.5] {
@@ -144,8 +143,18 @@ fn a_tilted_cube_and_a_lattice_that_is_aligned_with_it() {
 
 #[test]
 fn random_seeds_in_every_shape_share_out_volume_and_area() {
-    for (name, shape) in crate::shapes::all() {
-        let surface = surface(&shape);
+    let plate = Shape::cuboid(DVec3::ZERO, DVec3::new(1.0, 0.8, 0.01));
+    let hollow = Shape::cuboid(DVec3::ZERO, DVec3::ONE)
+        .with(&Shape::icosphere(2, 0.3).placed(DVec3::splat(0.5), 1.0).reversed());
+    let shapes = [
+        ("cube", Shape::cuboid(DVec3::ZERO, DVec3::ONE)),
+        ("torus", Shape::torus(48, 24, 1.0, 0.4)),
+        ("plate", plate),
+        ("icosphere", Shape::icosphere(4, 1.0)),
+        ("hollow cube", hollow),
+    ];
+    for (name, shape) in shapes {
+        let surface = surface(shape);
         for (count, seed) in [(4, 1), (5, 2), (10, 3), (100, 4), (1000, 5), (5000, 6)] {
             let mut random = Random(seed);
             let points = (0..count).map(|_| snap((random.in_cube() - 0.5) * 0.9));
@@ -166,7 +175,7 @@ fn random_seeds_in_every_shape_share_out_volume_and_area() {
 
 #[test]
 fn cells_agree_with_monte_carlo() {
-    let surface = surface(&crate::shapes::torus(1.0, 0.4, 48, 24));
+    let surface = surface(Shape::torus(48, 24, 1.0, 0.4));
     let mut random = Random(7);
     let points: Vec<DVec3> = (0..40).map(|_| snap(random.in_cube() - 0.5)).collect();
     let (_, clipped) = clip(&surface, &points);
@@ -194,7 +203,7 @@ fn cells_agree_with_monte_carlo() {
 
 #[test]
 fn the_same_bytes_on_one_thread_and_on_three() {
-    let surface = surface(&crate::shapes::torus(1.0, 0.4, 96, 48));
+    let surface = surface(Shape::torus(96, 48, 1.0, 0.4));
     let mut random = Random(8);
     let points: Vec<DVec3> = (0..6000).map(|_| snap(random.in_cube() - 0.5)).collect();
     let run = |threads: usize| {

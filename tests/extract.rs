@@ -332,10 +332,10 @@ proptest! {
             let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
             (z ^ (z >> 31)) as f64 / u64::MAX as f64
         };
-        for t in 0..made.finite {
+        for (t, label) in labels.iter_mut().enumerate().take(made.finite) {
             let usable = made.tets[t].iter().all(|&v| (v as usize) < made.seeds);
             if usable && box_depth(made.centroid(t), min, max).abs() < 1.0 && random() < share {
-                labels[t] ^= true;
+                *label ^= true;
             }
         }
         // No help from geometry: all depths are shallow.
