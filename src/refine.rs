@@ -5,8 +5,9 @@
 
 use glam::DVec3;
 
+use crate::clipped_voronoi::Crossing;
 use crate::error::Error;
-use crate::extract::{self, Defect, Proposal, Sampling};
+use crate::extract::{self, Defect, DefectKind, Proposal, Sampling};
 use crate::fidelity;
 use crate::geometry::frame::snap;
 use crate::lloyd::{Relaxation, Stopped};
@@ -22,8 +23,11 @@ const ROUNDS: usize = 24;
 const POLISHED_ROUNDS: usize = 3;
 
 /// Rounds of insertion for the sake of the volume, and iterations after each.
-const FIDELITY_ROUNDS: usize = 8;
+const FIDELITY_ROUNDS: usize = 6;
 const FIDELITY_SMOOTHING: usize = 2;
+
+/// Rounds after which a seed that is still in no tet goes elsewhere.
+const PATIENT_ROUNDS: usize = 3;
 
 /// Iterations after round r: enough to smooth at first, none in the end.
 fn smoothing(round: usize) -> usize {
@@ -41,7 +45,9 @@ pub fn follow_surface(
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
         let labels = extract::label(&sampling, relaxation.clipped());
-        let donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
+        let mut donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
+        // The surface of a thin solid, which has all the seeds already, gains nothing by robbing itself.
+        donors.retain(|&(donor, _)| kinds[donor as usize] == SeedKind::Interior);
         if donors.is_empty() {
             break;
         }
@@ -73,7 +79,11 @@ pub fn until_valid(
         let labels = extract::mend(&sampling, labels);
         let defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
-        let proposals = extract::proposals(&sampling, &defects);
+        let proposals = if round >= PATIENT_ROUNDS && fatal.iter().all(|d| d.kind == DefectKind::UnusedSeed) {
+            moved_away(relaxation, &fatal)
+        } else {
+            extract::proposals(&sampling, &defects)
+        };
         if fatal.is_empty() && (round >= POLISHED_ROUNDS || proposals.is_empty() || interrupted) {
             return Ok(labels);
         }
@@ -93,6 +103,24 @@ pub fn until_valid(
         }
     }
     unreachable!("the last round returns: this is a bug in tetcvt")
+}
+
+/// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.
+fn moved_away(relaxation: &Relaxation, unused: &[&Defect]) -> Vec<Proposal> {
+    let seeds = relaxation.seeds();
+    let gap = |c: &Crossing| c.point.distance(seeds.positions[c.facet[0] as usize]);
+    let mut coarsest: Vec<&Crossing> = relaxation.clipped().crossings.iter().collect();
+    coarsest.sort_by(|a, b| gap(b).total_cmp(&gap(a)));
+    let mut found: Vec<Proposal> = Vec::new();
+    for crossing in coarsest {
+        let Some(defect) = unused.get(found.len()) else { break };
+        let far = |p: DVec3| p.distance(crossing.point) > 2.0 * seeds.spacing;
+        if unused.iter().all(|d| far(d.place)) && found.iter().all(|p| far(p.place)) {
+            let (place, triangle) = (crossing.point, crossing.triangle);
+            found.push(Proposal { place, triangle, size: seeds.spacing, replaces: Some(defect.seeds[0]) });
+        }
+    }
+    found
 }
 
 /// Moves each donor to its proposal's place, and asks for a finer spacing there.
