@@ -17,13 +17,13 @@ use crate::seeds::{Anchor, SeedKind};
 use crate::surface::Surface;
 
 /// Rounds of insertion before the run gives up.
-const ROUNDS: usize = 24;
+const ROUNDS: usize = 40;
 
 /// Rounds that also mend what is only unsightly, such as an interior seed on the boundary.
 const POLISHED_ROUNDS: usize = 3;
 
 /// Rounds of insertion for the sake of the volume, and iterations after each.
-const FIDELITY_ROUNDS: usize = 6;
+const FIDELITY_ROUNDS: usize = 3;
 const FIDELITY_SMOOTHING: usize = 2;
 
 /// Rounds after which a seed that is still in no tet goes elsewhere.
@@ -42,6 +42,9 @@ pub fn follow_surface(
     observer: &mut dyn Observer,
 ) -> Result<Stopped, Error> {
     for round in 0..FIDELITY_ROUNDS {
+        if relaxation.iterations() + 2 * (1 + FIDELITY_SMOOTHING) > params.iterations {
+            break;
+        }
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
         let labels = extract::label(&sampling, relaxation.clipped());

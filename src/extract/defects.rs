@@ -166,16 +166,22 @@ fn topology_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary, c
             }
         }
         if components.len() == 1 && components[0].euler != euler {
-            // Voronoi edges that cross the shell more than once are where its handles hide.
-            let facets = multiple_crossings(sampling, crossings, shell);
-            for facet in &facets {
-                let seeds = facet.to_vec();
-                let place = defect(sampling, DefectKind::WrongGenus, seeds.clone()).place;
-                report(DefectKind::WrongGenus, seeds, place);
+            // Where Voronoi facets meet the shell in more than one arc its handles hide.
+            let suspects = multiple_crossings(sampling, crossings, shell);
+            for &suspect in &suspects {
+                let seeds = suspect.facet.to_vec();
+                let place = suspect.point;
+                found.push(Defect {
+                    kind: DefectKind::WrongGenus,
+                    place,
+                    seeds,
+                    crossing: Some(suspect),
+                    shell: Some(shell),
+                });
             }
-            if facets.is_empty() {
+            if suspects.is_empty() {
                 let (place, seeds) = worst_triangle(sampling, boundary, components[0].vertex);
-                report(DefectKind::WrongGenus, seeds, place);
+                found.push(Defect { kind: DefectKind::WrongGenus, place, seeds, crossing: None, shell: Some(shell) });
             }
         }
     }
@@ -187,17 +193,33 @@ fn topology_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary, c
     found
 }
 
-/// Facets whose dual Voronoi edges cross `shell` more than once, ascending.
-fn multiple_crossings(sampling: &Sampling, crossings: &[Crossing], shell: u32) -> Vec<[u32; 3]> {
+/// The crossings of `shell` where a Voronoi edge crosses it more than once, or a Voronoi facet, which has two crossings to
+/// an arc, meets it in more than one arc. Each contradicts the conditions of Edelsbrunner and Shah.
+fn multiple_crossings(sampling: &Sampling, crossings: &[Crossing], shell: u32) -> Vec<Crossing> {
     let shells = sampling.surface.shell();
     let seeds = sampling.kinds.len();
-    let mut facets: Vec<[u32; 3]> = crossings
+    let own: Vec<Crossing> = crossings
         .iter()
         .filter(|c| shells[c.triangle as usize] == shell && c.facet.iter().all(|&v| (v as usize) < seeds))
-        .map(|c| c.facet)
+        .copied()
         .collect();
-    facets.sort_unstable();
-    facets.chunk_by(|a, b| a == b).filter(|same| same.len() > 1).map(|same| same[0]).collect()
+    let mut pairs: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * own.len());
+    let mut edges: Vec<([u32; 3], u32)> = Vec::with_capacity(own.len());
+    for (i, crossing) in (0..).zip(&own) {
+        let [a, b, c] = crossing.facet;
+        pairs.extend([([a, b], i), ([b, c], i), ([a, c], i)]);
+        edges.push((crossing.facet, i));
+    }
+    pairs.sort_unstable();
+    edges.sort_unstable();
+    let mut suspect = vec![false; own.len()];
+    for arcs in pairs.chunk_by(|a, b| a.0 == b.0).filter(|arcs| arcs.len() > 2) {
+        arcs.iter().for_each(|&(_, i)| suspect[i as usize] = true);
+    }
+    for twice in edges.chunk_by(|a, b| a.0 == b.0).filter(|twice| twice.len() > 1) {
+        twice.iter().for_each(|&(_, i)| suspect[i as usize] = true);
+    }
+    own.into_iter().zip(suspect).filter(|(_, s)| *s).map(|(c, _)| c).collect()
 }
 
 /// The triangle farthest from the surface in the component of the boundary that `vertex` is on.
@@ -219,7 +241,7 @@ fn worst_triangle(sampling: &Sampling, boundary: &Boundary, vertex: u32) -> (DVe
     (place, seeds)
 }
 
-/// Gives each defect the crossing at its seeds that is farthest from them.
+/// Gives each defect without one the crossing at its seeds that is farthest from them.
 fn attach_crossings(sampling: &Sampling, defects: &mut [Defect], crossings: &[Crossing]) {
     if defects.is_empty() {
         return;
@@ -236,7 +258,7 @@ fn attach_crossings(sampling: &Sampling, defects: &mut [Defect], crossings: &[Cr
             }
         }
     }
-    for defect in defects {
+    for defect in defects.iter_mut().filter(|d| d.crossing.is_none()) {
         let best =
             defect.seeds.iter().filter_map(|&v| farthest[v as usize]).reduce(|a, b| if b.0 > a.0 { b } else { a });
         defect.crossing = best.map(|(_, i)| crossings[i as usize]);
