@@ -153,7 +153,7 @@ fn insert(
 fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) -> Vec<(u32, Proposal)> {
     let cells = &relaxation.clipped().cells;
     let seeds = relaxation.seeds();
-    let adjacency = relaxation.delaunay().adjacency();
+    let adjacency = &relaxation.clipped().adjacency;
     let size = |i: u32| match sampling.kinds[i as usize] {
         SeedKind::Interior => cells[i as usize].volume,
         _ => cells[i as usize].area_mass,

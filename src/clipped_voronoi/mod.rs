@@ -18,7 +18,7 @@
 
 use glam::DVec3;
 
-use crate::delaunay::Delaunay;
+use crate::delaunay::{Adjacency, Delaunay};
 use crate::surface::Surface;
 
 mod bisector;
@@ -60,6 +60,8 @@ pub struct ClippedVoronoi {
     pub inside: Vec<bool>,
     /// Crossings of Voronoi edges with the surface, by facet.
     pub crossings: Vec<Crossing>,
+    /// Which seeds are Delaunay neighbours.
+    pub adjacency: Adjacency,
 }
 
 impl ClippedVoronoi {
@@ -141,6 +143,6 @@ impl<'a> Clipper<'a> {
         voronoi_edges::add_edges(&mut cells, delaunay, &by_facet, &winding, &centres);
 
         let inside = winding.iter().map(|&w| w > 0).collect();
-        ClippedVoronoi { cells, inside, crossings }
+        ClippedVoronoi { cells, inside, crossings, adjacency }
     }
 }

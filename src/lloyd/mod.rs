@@ -27,6 +27,10 @@ use crate::surface::Surface;
 use crate::surface::features::Features;
 use crate::tet_mesh::StageTimes;
 
+mod creases;
+
+use creases::Guard;
+
 /// An interior seed that owns more than this share of a surface seed's mean area becomes a surface seed.
 const ADOPTED_AREA: f64 = 0.1;
 
@@ -161,8 +165,34 @@ impl<'a> Relaxation<'a> {
                 }
             })
             .collect();
-        self.add_curve_targets(&mut targets);
+        if self.params.boundary == Boundary::Conform {
+            self.settle_creases(&mut targets);
+        }
         targets
+    }
+
+    /// Moves the seeds of creases, and those of the surface out of their way.
+    fn settle_creases(&self, targets: &mut [(DVec3, Anchor)]) {
+        let anchors = &self.seeds.anchors;
+        let chains = creases::chains(self.features, anchors);
+        for (i, at, anchor) in chains.iter().flat_map(|c| c.targets(self.features, self.surface, anchors)) {
+            targets[i as usize] = (snap(at), anchor);
+        }
+        let guard = Guard::new(&chains, self.features, anchors.len());
+        let position = |p: u32| targets[p as usize].0;
+        let pushed: Vec<Option<(DVec3, Anchor)>> = targets
+            .par_iter()
+            .enumerate()
+            .map(|(i, target)| match target.1 {
+                Anchor::Surface { .. } => {
+                    guard.push_out(target.0, self.clipped.adjacency.of(i), position).map(|p| self.onto_surface(p))
+                }
+                _ => None,
+            })
+            .collect();
+        for (target, pushed) in targets.iter_mut().zip(pushed) {
+            *target = pushed.unwrap_or(*target);
+        }
     }
 
     /// The centroid of the clipped cell; in a gap of the surface, a place on it.
@@ -195,39 +225,6 @@ impl<'a> Relaxation<'a> {
     /// Area of a hexagon at the even spacing.
     fn surface_seed_area(&self) -> f64 {
         0.866 * self.seeds.spacing * self.seeds.spacing
-    }
-
-    /// Curve seeds to the middle of their piece of the crease, which ends half-way to the next seeds on it.
-    fn add_curve_targets(&self, targets: &mut [(DVec3, Anchor)]) {
-        let mut on_curve: Vec<Vec<(f64, usize)>> = vec![Vec::new(); self.features.curves.len()];
-        for (i, anchor) in self.seeds.anchors.iter().enumerate() {
-            if let Anchor::Curve { curve, at } = *anchor {
-                on_curve[curve as usize].push((at, i));
-            }
-        }
-        for (c, seeds) in on_curve.iter_mut().enumerate() {
-            let curve = &self.features.curves[c];
-            seeds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-            let (n, length) = (seeds.len(), curve.length());
-            for k in 0..n {
-                let here = seeds[k].0;
-                // An open crease ends at corners; a closed one goes on from its beginning.
-                let before = match k {
-                    0 if curve.is_closed() => seeds[n - 1].0 - length,
-                    0 => 0.0,
-                    _ => seeds[k - 1].0,
-                };
-                let after = match k + 1 {
-                    next if next < n => seeds[next].0,
-                    _ if curve.is_closed() => seeds[0].0 + length,
-                    _ => length,
-                };
-                let middle = (before + 2.0 * here + after) / 4.0;
-                let at = if curve.is_closed() { middle.rem_euclid(length) } else { middle };
-                let point = snap(curve.point_at(at, self.surface.points()));
-                targets[seeds[k].1] = (point, Anchor::Curve { curve: c as u32, at });
-            }
-        }
     }
 
     /// Every invariant that must hold between iterations.
