@@ -430,7 +430,12 @@ impl Sampled {
             };
             tet[3] != INFINITE && Some(center()).is_some_and(|c| c.is_finite() && self.surface.tree().is_inside(c))
         });
-        ClippedVoronoi { cells: Vec::new(), inside: inside.collect(), crossings: Vec::new() }
+        ClippedVoronoi {
+            cells: Vec::new(),
+            inside: inside.collect(),
+            crossings: Vec::new(),
+            adjacency: self.delaunay.adjacency(),
+        }
     }
 }
 

@@ -109,10 +109,13 @@ impl<'a> Sampling<'a> {
         tetrahedron::volume6(a, b, c, d) <= LEAST * longest2 * longest2.sqrt() || self.model_volume6(t) <= 0.0
     }
 
-    /// Six times the volume of tet `t` in the model's coordinates and arithmetic.
+    /// Six times the volume of tet `t` in the model's coordinates and arithmetic, over the cube of the frame's unit: a power
+    /// of two, which changes no digit but keeps the products of very small and very large models in range.
     pub fn model_volume6(&self, t: u32) -> f64 {
-        let [a, b, c, d] = self.complex.corners(t).map(|p| self.surface.frame().to_model(p));
-        tetrahedron::volume6(a, b, c, d)
+        let frame = self.surface.frame();
+        let [a, b, c, d] = self.complex.corners(t).map(|p| frame.to_model(p));
+        let [u, v, w] = [b, c, d].map(|p| (p - a) * frame.scale);
+        u.cross(v).dot(w)
     }
 }
 
