@@ -82,11 +82,7 @@ pub fn until_valid(
         let labels = extract::mend(&sampling, labels);
         let defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
-        let proposals = if round >= PATIENT_ROUNDS && fatal.iter().all(|d| d.kind == DefectKind::UnusedSeed) {
-            moved_away(relaxation, &fatal)
-        } else {
-            extract::proposals(&sampling, &defects)
-        };
+        let proposals = proposals(relaxation, &sampling, &defects, round);
         if fatal.is_empty() && (round >= POLISHED_ROUNDS || proposals.is_empty() || interrupted) {
             return Ok(labels);
         }
@@ -108,8 +104,20 @@ pub fn until_valid(
     unreachable!("the last round returns: this is a bug in tetcvt")
 }
 
+/// Where to put seeds to mend `defects`.
+fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], round: usize) -> Vec<Proposal> {
+    if round < PATIENT_ROUNDS {
+        return extract::proposals(sampling, defects);
+    }
+    let (unused, others): (Vec<Defect>, Vec<Defect>) =
+        defects.iter().cloned().partition(|d| d.kind == DefectKind::UnusedSeed);
+    let mut found = extract::proposals(sampling, &others);
+    found.extend(moved_away(relaxation, &unused));
+    found
+}
+
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.
-fn moved_away(relaxation: &Relaxation, unused: &[&Defect]) -> Vec<Proposal> {
+fn moved_away(relaxation: &Relaxation, unused: &[Defect]) -> Vec<Proposal> {
     let seeds = relaxation.seeds();
     let gap = |c: &Crossing| c.point.distance(seeds.positions[c.facet[0] as usize]);
     let mut coarsest: Vec<&Crossing> = relaxation.clipped().crossings.iter().collect();
