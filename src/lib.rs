@@ -14,6 +14,8 @@ pub mod geometry;
 
 pub mod rng;
 
+mod disjoint_sets;
+
 pub mod surface;
 
 pub mod seeds;

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::disjoint_sets::DisjointSets;
 use crate::delaunay::{Facet, INFINITE};
+use crate::disjoint_sets::DisjointSets;
 use crate::geometry::tetrahedron::FACETS;
 
 /// A triangulation of all of space, the infinite vertex included, with the star of each vertex.

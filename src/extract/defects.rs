@@ -4,11 +4,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Sampling;
-use super::boundary::{Boundary, sorted_edges};
+use super::boundary::Boundary;
 use super::topology::Topology;
 use crate::clipped_voronoi::Crossing;
 use crate::geometry::tetrahedron;
 use crate::seeds::SeedKind;
+use crate::surface::edges;
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,11 +96,11 @@ fn defect(sampling: &Sampling, kind: DefectKind, seeds: Vec<u32>) -> Defect {
 
 /// Edges and vertices where the boundary is no manifold, and seeds that are not where they belong.
 fn vertex_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary) -> Vec<Defect> {
-    let edges = sorted_edges(&boundary.triangles);
+    let edges = edges::sorted(&boundary.triangles);
     let mut found = Vec::new();
     let mut at_edge = vec![false; sampling.kinds.len()];
-    for same in edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)).filter(|same| same.len() > 2) {
-        let (a, b) = (same[0].0, same[0].1);
+    for same in edges.chunk_by(|x, y| x.0 == y.0).filter(|same| same.len() > 2) {
+        let [a, b] = same[0].0;
         at_edge[a as usize] = true;
         at_edge[b as usize] = true;
         found.push(defect(sampling, DefectKind::NonManifoldEdge, vec![a, b]));
@@ -152,7 +153,11 @@ fn topology_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary, c
         };
         let components: Vec<_> = topology.of_shell(shell).collect();
         if components.is_empty() {
-            let triangle = surface.shell().iter().position(|&s| s == shell).expect("a shell has triangles");
+            let triangle = surface
+                .shell()
+                .iter()
+                .position(|&s| s == shell)
+                .expect("a shell has triangles: this is a bug in tetcvt");
             let [a, b, c] = surface.corners(triangle as u32);
             report(DefectKind::MissingShell, Vec::new(), (a + b + c) / 3.0);
         }
@@ -224,7 +229,11 @@ fn multiple_crossings(sampling: &Sampling, crossings: &[Crossing], shell: u32) -
 
 /// The triangle farthest from the surface in the component of the boundary that `vertex` is on.
 fn worst_triangle(sampling: &Sampling, boundary: &Boundary, vertex: u32) -> (DVec3, Vec<u32>) {
-    let at = boundary.triangles.iter().position(|t| t.contains(&vertex)).expect("a component has triangles");
+    let at = boundary
+        .triangles
+        .iter()
+        .position(|t| t.contains(&vertex))
+        .expect("a component has triangles: this is a bug in tetcvt");
     let component = boundary.component[at];
     let (_, index) = (0..boundary.triangles.len())
         .into_par_iter()

@@ -35,12 +35,6 @@ pub(super) struct BoundarySeed {
     pub(super) spacing: f64,
 }
 
-/// Twice the area times the outward normal of triangle `t`.
-pub(super) fn triangle_normal(surface: &Surface, t: u32) -> DVec3 {
-    let [a, b, c] = surface.corners(t);
-    normal2(a, b, c)
-}
-
 /// Adds the surface seeds planned, and `more`, to `seeds`, which hold those of corners and creases.
 pub(super) fn add_surface_seeds(
     surface: &Surface,
@@ -85,7 +79,7 @@ pub(super) fn add_surface_seeds(
 fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec<(u32, Sample)> {
     let cells_of = |t: u32| {
         let least = surface.triangles()[t as usize].iter().map(|&v| plan.sizes[v as usize]).fold(f64::MAX, f64::min);
-        (0.5 * triangle_normal(surface, t).length() / (0.866 * least * least), least)
+        (0.5 * surface.normal2(t).length() / (0.866 * least * least), least)
     };
     let triangles = surface.triangles().len() as u32;
     let mut cells = vec![0.0; surface.solid_of_shell().len()];

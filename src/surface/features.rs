@@ -8,8 +8,9 @@
 use glam::DVec3;
 
 use super::Surface;
-use super::edges::{self, Classes};
-use crate::geometry::triangle::{closest_on_segment, normal2};
+use super::edges;
+use crate::disjoint_sets::DisjointSets;
+use crate::geometry::triangle::closest_on_segment;
 
 /// The tip of a cone is a corner when its triangles' angles sum to less than this share of a full turn: that of a cone
 /// with a half-angle of 45 degrees at the tip. A vertex of a smooth, sampled surface lies far above it.
@@ -103,12 +104,8 @@ impl Features {
 
 /// For each edge of each triangle, whether it is a crease.
 fn creases(surface: &Surface, twin: &[u32], angle: f64) -> Vec<bool> {
-    let normals: Vec<DVec3> = (0..surface.triangles().len() as u32)
-        .map(|t| {
-            let [a, b, c] = surface.corners(t);
-            normal2(a, b, c).normalize_or_zero()
-        })
-        .collect();
+    let normals: Vec<DVec3> =
+        (0..surface.triangles().len() as u32).map(|t| surface.normal2(t).normalize_or_zero()).collect();
     (0..twin.len())
         .map(|e| {
             let (n, m) = (normals[e / 3], normals[twin[e] as usize / 3]);
@@ -207,22 +204,9 @@ fn chain(graph: &Graph, is_corner: &[bool]) -> Vec<Vec<u32>> {
 
 /// For each triangle, its patch; numbered by the first triangle of each.
 fn patches(twin: &[u32], crease: &[bool]) -> Vec<u32> {
-    let count = twin.len() / 3;
-    let mut class = Classes::new(count);
+    let mut patches = DisjointSets::new(twin.len() / 3);
     for e in (0..twin.len()).filter(|&e| !crease[e]) {
-        class.join(e as u32 / 3, twin[e] / 3);
+        patches.join(e as u32 / 3, twin[e] / 3);
     }
-    let mut number = vec![0; count];
-    let mut patches = 0;
-    (0..count as u32)
-        .map(|t| {
-            let root = class.root(t);
-            // A root is the least of its class, and so comes first.
-            if root == t {
-                number[t as usize] = patches;
-                patches += 1;
-            }
-            number[root as usize]
-        })
-        .collect()
+    patches.number().0
 }
