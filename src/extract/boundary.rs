@@ -68,7 +68,7 @@ fn euler_characteristics(points: usize, triangles: &[[u32; 3]], component: &[u32
 
 /// The Euler characteristic of each shell of the surface.
 pub fn shell_euler(surface: &Surface) -> Vec<i64> {
-    let shells = surface.solid_of_shell().len();
+    let shells = surface.shell_count();
     euler_characteristics(surface.points().len(), surface.triangles(), surface.shell(), shells)
 }
 

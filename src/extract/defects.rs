@@ -7,7 +7,7 @@ use super::Sampling;
 use super::boundary::Boundary;
 use super::topology::Topology;
 use crate::clipped_voronoi::Crossing;
-use crate::geometry::tetrahedron;
+use crate::geometry::{tetrahedron, triangle};
 use crate::seeds::SeedKind;
 use crate::surface::edges;
 
@@ -159,7 +159,7 @@ fn topology_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary, c
                 .position(|&s| s == shell)
                 .expect("a shell has triangles: this is a bug in tetcvt");
             let [a, b, c] = surface.corners(triangle as u32);
-            report(DefectKind::MissingShell, Vec::new(), (a + b + c) / 3.0);
+            report(DefectKind::MissingShell, Vec::new(), triangle::centroid(a, b, c));
         }
         for component in &components {
             let point = sampling.complex.points[component.vertex as usize];
@@ -235,19 +235,18 @@ fn worst_triangle(sampling: &Sampling, boundary: &Boundary, vertex: u32) -> (DVe
         .position(|t| t.contains(&vertex))
         .expect("a component has triangles: this is a bug in tetcvt");
     let component = boundary.component[at];
+    let middle = |vertices: [u32; 3]| {
+        let [a, b, c] = vertices.map(|v| sampling.complex.points[v as usize]);
+        triangle::centroid(a, b, c)
+    };
     let (_, index) = (0..boundary.triangles.len())
         .into_par_iter()
         .filter(|&f| boundary.component[f] == component)
-        .map(|f| {
-            let center =
-                boundary.triangles[f].iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0;
-            (sampling.surface.tree().closest(center).distance2, f)
-        })
+        .map(|f| (sampling.surface.tree().closest(middle(boundary.triangles[f])).distance2, f))
         .reduce(|| (-1.0, usize::MAX), |a, b| if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a });
     let mut seeds = boundary.triangles[index].to_vec();
     seeds.sort_unstable();
-    let place = seeds.iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0;
-    (place, seeds)
+    (middle(boundary.triangles[index]), seeds)
 }
 
 /// Gives each defect without one the crossing at its seeds that is farthest from them.

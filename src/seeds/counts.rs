@@ -302,7 +302,7 @@ impl<'a> Demand<'a> {
     }
 
     fn shell_deficits(&self) -> Vec<usize> {
-        let mut have = vec![0usize; self.surface.solid_of_shell().len()];
+        let mut have = vec![0usize; self.surface.shell_count()];
         let shell_of = self.shell_of_vertices();
         for &v in &self.corners {
             have[shell_of[v as usize] as usize] += 1;
@@ -356,7 +356,7 @@ fn steiner(surface: &Surface) -> [f64; 4] {
         let convex = if (other - p).dot(n) <= 0.0 { 1.0 } else { -1.0 };
         mean += convex * p.distance(q) * tangent;
     }
-    let shells = surface.solid_of_shell().len() as f64;
+    let shells = surface.shell_count() as f64;
     // Cavities turn the other way, but at depths where this term counts they are not what is left.
     let gauss = 4.0 / 3.0 * std::f64::consts::PI * (shells - surface.genus() as f64);
     [surface.volume(), surface.area(), mean, gauss]

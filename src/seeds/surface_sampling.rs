@@ -12,7 +12,6 @@ use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
 use crate::geometry::frame::snap;
 use crate::geometry::hilbert::hilbert_order;
-use crate::geometry::triangle::normal2;
 use crate::rng::Rng;
 use crate::surface::Surface;
 use crate::surface::features::Features;
@@ -82,7 +81,7 @@ fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec
         (0.5 * surface.normal2(t).length() / (0.866 * least * least), least)
     };
     let triangles = surface.triangles().len() as u32;
-    let mut cells = vec![0.0; surface.solid_of_shell().len()];
+    let mut cells = vec![0.0; surface.shell_count()];
     (0..triangles).for_each(|t| cells[surface.shell()[t as usize] as usize] += cells_of(t).0);
     let oversampling = OVERSAMPLING.max(wanted / cells.iter().sum::<f64>());
     let rate: Vec<f64> = cells.iter().map(|c| oversampling.max(PER_SHELL / c)).collect();
@@ -97,7 +96,7 @@ fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec
             continue;
         }
         let [a, b, c] = surface.corners(t);
-        let normal = normal2(a, b, c).normalize_or_zero();
+        let normal = surface.normal2(t).normalize_or_zero();
         let sizes = surface.triangles()[t as usize].map(|v| plan.sizes[v as usize]);
         while *passed >= 1.0 {
             *passed -= 1.0;

@@ -86,7 +86,7 @@ struct Probe {
 
 /// 1. Samples at even steps of area, shell by shell.
 fn samples(surface: &Surface, spacing: f64, random_seed: u64) -> Vec<Probe> {
-    let shells = surface.solid_of_shell().len();
+    let shells = surface.shell_count();
     let mut areas = vec![0.0; shells];
     for t in 0..surface.triangles().len() {
         areas[surface.shell()[t] as usize] += 0.5 * surface.normal2(t as u32).length();

@@ -119,7 +119,7 @@ fn creases(surface: &Surface, twin: &[u32], angle: f64) -> Vec<bool> {
 struct Graph {
     /// For each vertex, the first of its neighbours in `neighbour`.
     start: Vec<u32>,
-    neighbour: Vec<u32>,
+    neighbor: Vec<u32>,
 }
 
 impl Graph {
@@ -135,11 +135,11 @@ impl Graph {
         for v in 1..start.len() {
             start[v] += start[v - 1];
         }
-        Graph { start, neighbour: links.iter().map(|l| l[1]).collect() }
+        Graph { start, neighbor: links.iter().map(|l| l[1]).collect() }
     }
 
     fn around(&self, v: u32) -> &[u32] {
-        &self.neighbour[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
+        &self.neighbor[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
     }
 }
 
@@ -168,7 +168,7 @@ fn corners(surface: &Surface, graph: &Graph, angle: f64) -> Vec<bool> {
 
 /// Chains the creases: first those between corners, in the order of their first vertex, then the loops.
 fn chain(graph: &Graph, is_corner: &[bool]) -> Vec<Vec<u32>> {
-    let mut used = vec![false; graph.neighbour.len()];
+    let mut used = vec![false; graph.neighbor.len()];
     let slot = |from: u32, to: u32| {
         let i = graph.around(from).binary_search(&to).expect("the graph is symmetric: this is a bug in tetcvt");
         graph.start[from as usize] as usize + i
