@@ -155,7 +155,7 @@ impl<'a> Complex<'a> {
 
     /// The pieces of equal label of `tets`, all around vertex `v`, as sets of positions in that list; tets are joined
     /// across those of their facets that contain `v`.
-    pub fn pieces<'b>(
+    pub(super) fn pieces<'b>(
         &self,
         tets: &[u32],
         v: u32,

@@ -10,7 +10,7 @@ pub mod box_tree;
 
 pub mod defects;
 
-pub mod edges;
+pub(crate) mod edges;
 
 pub mod features;
 
