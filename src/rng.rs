@@ -64,6 +64,11 @@ impl Rng {
     }
 }
 
+/// 64 bits that follow from `index` alone: the generator's output of that index, from state 0.
+pub fn hash(index: u64) -> u64 {
+    mix(index.wrapping_add(1).wrapping_mul(GAMMA))
+}
+
 const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 fn mix(mut z: u64) -> u64 {
@@ -82,6 +87,7 @@ mod tests {
         let mut rng = Rng { state: 0 };
         assert_eq!(rng.bits(), 0xe220_a839_7b1d_cdaf);
         assert_eq!(rng.bits(), 0x6e78_9e6a_a1b9_65f4);
+        assert_eq!([hash(0), hash(1)], [0xe220_a839_7b1d_cdaf, 0x6e78_9e6a_a1b9_65f4]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::tetrahedron::{self, FACETS};
+use crate::geometry::triangle;
 use crate::progress::Step;
 use crate::seeds::SeedKind;
 
@@ -81,9 +82,9 @@ impl TetMesh {
     pub fn area(&self) -> f64 {
         self.boundary
             .iter()
-            .map(|triangle| {
-                let [a, b, c] = triangle.vertices.map(|v| self.points[v as usize]);
-                (b - a).cross(c - a).length() / 2.0
+            .map(|facet| {
+                let [a, b, c] = facet.vertices.map(|v| self.points[v as usize]);
+                triangle::area(a, b, c)
             })
             .sum()
     }
@@ -123,11 +124,16 @@ impl TetMesh {
         check::check(self)
     }
 
-    /// The vertices that the boundary uses, ascending.
-    pub fn boundary_vertices(&self) -> Vec<u32> {
+    /// The boundary as a mesh of its own: the vertices that it uses, ascending, and its triangles over these.
+    pub fn boundary_mesh(&self) -> (Vec<u32>, Vec<[u32; 3]>) {
         let mut vertices: Vec<u32> = self.boundary.iter().flat_map(|t| t.vertices).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        vertices
+        let mut compact = vec![0; self.points.len()];
+        for (i, &v) in (0..).zip(&vertices) {
+            compact[v as usize] = i;
+        }
+        let triangles = self.boundary.iter().map(|t| t.vertices.map(|v| compact[v as usize])).collect();
+        (vertices, triangles)
     }
 }

@@ -8,23 +8,7 @@ use tetcvt::geometry::frame::snap;
 use tetcvt::geometry::tetrahedron;
 
 use crate::shapes::Shape;
-
-/// SplitMix64, uniform in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn in_cube(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit())
-    }
-}
+use crate::support::Rng;
 
 fn surface(shape: Shape) -> Surface {
     shape.surface().expect("a valid shape")
@@ -156,17 +140,17 @@ fn random_seeds_in_every_shape_share_out_volume_and_area() {
     for (name, shape) in shapes {
         let surface = surface(shape);
         for (count, seed) in [(4, 1), (5, 2), (10, 3), (100, 4), (1000, 5), (5000, 6)] {
-            let mut random = Random(seed);
-            let points = (0..count).map(|_| snap((random.in_cube() - 0.5) * 0.9));
+            let mut rng = Rng(seed);
+            let points = (0..count).map(|_| snap(rng.point() * 0.9));
             let (delaunay, clipped) = clip(&surface, &points.collect::<Vec<_>>());
             // What the crossings say of every circumcentre is what a ray says, but for those within rounding.
             for (t, v) in delaunay.vertices().iter().enumerate().filter(|(_, v)| v[3] != u32::MAX) {
                 let [a, b, c, d] = v.map(|i| delaunay.points()[i as usize]);
-                let centre = tetrahedron::circumcenter(a, b, c, d);
-                if centre.abs().max_element() > 0.6 {
-                    assert!(!clipped.inside[t], "{name} {count}: {centre} is far outside");
-                } else if surface.tree().closest(centre).distance2 > 1e-16 {
-                    assert_eq!(clipped.inside[t], surface.tree().is_inside(centre), "{name} {count}: {centre}");
+                let center = tetrahedron::circumcenter(a, b, c, d);
+                if center.abs().max_element() > 0.6 {
+                    assert!(!clipped.inside[t], "{name} {count}: {center} is far outside");
+                } else if surface.tree().closest(center).distance2 > 1e-16 {
+                    assert_eq!(clipped.inside[t], surface.tree().is_inside(center), "{name} {count}: {center}");
                 }
             }
         }
@@ -176,13 +160,13 @@ fn random_seeds_in_every_shape_share_out_volume_and_area() {
 #[test]
 fn cells_agree_with_monte_carlo() {
     let surface = surface(Shape::torus(48, 24, 1.0, 0.4));
-    let mut random = Random(7);
-    let points: Vec<DVec3> = (0..40).map(|_| snap(random.in_cube() - 0.5)).collect();
+    let mut rng = Rng(7);
+    let points: Vec<DVec3> = (0..40).map(|_| snap(rng.point())).collect();
     let (_, clipped) = clip(&surface, &points);
     let samples = 400_000;
     let mut hits = vec![(0.0, DVec3::ZERO, 0.0); points.len()];
     for _ in 0..samples {
-        let x = random.in_cube() - 0.5;
+        let x = rng.point();
         if surface.tree().is_inside(x) {
             let nearest = (0..points.len()).min_by(|&a, &b| x.distance(points[a]).total_cmp(&x.distance(points[b])));
             let i = nearest.expect("forty seeds");
@@ -204,8 +188,8 @@ fn cells_agree_with_monte_carlo() {
 #[test]
 fn the_same_bytes_on_one_thread_and_on_three() {
     let surface = surface(Shape::torus(96, 48, 1.0, 0.4));
-    let mut random = Random(8);
-    let points: Vec<DVec3> = (0..6000).map(|_| snap(random.in_cube() - 0.5)).collect();
+    let mut rng = Rng(8);
+    let points: Vec<DVec3> = (0..6000).map(|_| snap(rng.point())).collect();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
         pool.install(|| clip(&surface, &points).1)

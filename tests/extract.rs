@@ -19,6 +19,8 @@ use tetcvt::seeds::{SeedKind, sample};
 use tetcvt::surface::features::Features;
 use tetcvt::{Surface, TetMesh};
 
+use crate::support::Rng;
+
 /// A triangulation made by hand, with infinite tets over its hull.
 struct Made {
     points: Vec<DVec3>,
@@ -324,17 +326,10 @@ proptest! {
     fn label_noise_near_the_boundary_is_repaired(seed in any::<u64>(), share in 0.0..0.4f64) {
         let (min, max) = (DVec3::splat(1.0), DVec3::splat(6.0));
         let (made, mut labels) = Made::grid(7).label(|p| box_depth(p, min, max) > 0.0);
-        let mut state = seed;
-        let mut random = || {
-            // SplitMix64.
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            (z ^ (z >> 31)) as f64 / u64::MAX as f64
-        };
+        let mut rng = Rng(seed);
         for (t, label) in labels.iter_mut().enumerate().take(made.finite) {
             let usable = made.tets[t].iter().all(|&v| (v as usize) < made.seeds);
-            if usable && box_depth(made.centroid(t), min, max).abs() < 1.0 && random() < share {
+            if usable && box_depth(made.centroid(t), min, max).abs() < 1.0 && rng.unit() < share {
                 *label ^= true;
             }
         }

@@ -1,5 +1,8 @@
 //! Every test of the program from outside its modules; one file per subject.
 
+// Which module may use which.
+mod architecture;
+
 // Point sets and the exact oracle.
 mod support;
 

@@ -24,18 +24,18 @@ const SIDES: [[u32; 3]; 12] = [
 ];
 
 /// Corners of a cube around `centre`.
-fn corners(centre: DVec3, side: f64) -> Vec<DVec3> {
+fn corners(center: DVec3, side: f64) -> Vec<DVec3> {
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5;
-    (0..8).map(|i| centre + corner(i) * side).collect()
+    (0..8).map(|i| center + corner(i) * side).collect()
 }
 
-fn surface(centre: DVec3, side: f64) -> Surface {
+fn surface(center: DVec3, side: f64) -> Surface {
     let source: Vec<u32> = (0..12).collect();
-    Surface::new(&corners(centre, side), &SIDES, &source, &[0; 12]).unwrap()
+    Surface::new(&corners(center, side), &SIDES, &source, &[0; 12]).unwrap()
 }
 
 /// Six tets around the diagonal from corner 0 to corner 7.
-fn mesh(centre: DVec3, side: f64) -> TetMesh {
+fn mesh(center: DVec3, side: f64) -> TetMesh {
     let boundary = (0..).zip(SIDES).map(|(source_triangle, vertices)| BoundaryTriangle {
         vertices,
         region_inside: 0,
@@ -44,7 +44,7 @@ fn mesh(centre: DVec3, side: f64) -> TetMesh {
         source_triangle,
     });
     TetMesh {
-        points: corners(centre, side),
+        points: corners(center, side),
         kinds: vec![SeedKind::Corner; 8],
         seeds: (0..8).collect(),
         tets: vec![[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]],
@@ -63,8 +63,8 @@ fn report(mesh: &TetMesh, surface: &Surface) -> MeshReport {
 #[test]
 fn a_mesh_that_fills_its_surface_has_no_error_at_any_scale() {
     for scale in [1e-30, 1.0, 1e30] {
-        let centre = DVec3::new(3.0, -7.0, 1.0) * scale;
-        let report = report(&mesh(centre, scale), &surface(centre, scale));
+        let center = DVec3::new(3.0, -7.0, 1.0) * scale;
+        let report = report(&mesh(center, scale), &surface(center, scale));
         assert!(report.volume_error.abs() < 1e-14, "{scale}: {}", report.volume_error);
         assert!(report.hausdorff < 1e-14 && report.rms_distance < 1e-14, "{scale}: {}", report.hausdorff);
         assert!((report.volume / scale.powi(3) - 1.0).abs() < 1e-14, "{scale}: {}", report.volume);
@@ -76,8 +76,8 @@ fn a_mesh_that_fills_its_surface_has_no_error_at_any_scale() {
 
 #[test]
 fn a_smaller_cube_in_a_larger_one() {
-    let centre = DVec3::new(3.0, -7.0, 1.0);
-    let (surface, mesh) = (surface(centre, 1.1), mesh(centre, 1.0));
+    let center = DVec3::new(3.0, -7.0, 1.0);
+    let (surface, mesh) = (surface(center, 1.1), mesh(center, 1.0));
     let report = report(&mesh, &surface);
     let diagonal = 1.1 * 3f64.sqrt();
     assert!((report.volume_error - (1.0 / 1.331 - 1.0)).abs() < 1e-14, "{}", report.volume_error);
@@ -92,10 +92,10 @@ fn a_smaller_cube_in_a_larger_one() {
 
 #[test]
 fn the_mesh_outside_counts_as_much_as_the_surface_outside() {
-    let centre = DVec3::ZERO;
-    let distance = Distance::between(&mesh(centre, 1.1), &surface(centre, 1.0));
-    let other = Distance::between(&mesh(centre, 1.0), &surface(centre, 1.1));
-    let scales = [surface(centre, 1.0), surface(centre, 1.1)].map(|s| s.frame().scale);
+    let center = DVec3::ZERO;
+    let distance = Distance::between(&mesh(center, 1.1), &surface(center, 1.0));
+    let other = Distance::between(&mesh(center, 1.0), &surface(center, 1.1));
+    let scales = [surface(center, 1.0), surface(center, 1.1)].map(|s| s.frame().scale);
     let relative = (distance.hausdorff / scales[0]) / (other.hausdorff / scales[1]);
     assert!((relative - 1.0).abs() < 1e-12, "{relative}");
 }

@@ -48,7 +48,7 @@ fn cube() -> Soup {
 }
 
 /// An octahedron, each triangle split into four `level` times, its vertices on the sphere.
-fn sphere(level: usize, radius: f64, centre: DVec3) -> Soup {
+fn sphere(level: usize, radius: f64, center: DVec3) -> Soup {
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let mut points: Vec<DVec3> = axes.to_vec();
     let octants = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
@@ -67,7 +67,7 @@ fn sphere(level: usize, radius: f64, centre: DVec3) -> Soup {
         };
         triangles = triangles.iter().flat_map(split).collect();
     }
-    Soup { points: points.iter().map(|p| centre + radius * *p).collect(), triangles }
+    Soup { points: points.iter().map(|p| center + radius * *p).collect(), triangles }
 }
 
 fn ball() -> Soup {

@@ -25,7 +25,7 @@ mod bisector;
 
 mod cell;
 
-mod circumcentres;
+mod circumcenters;
 
 mod expansion;
 
@@ -139,8 +139,8 @@ impl<'a> Clipper<'a> {
         let by_facet = Crossings::new(&crossings, points.len());
         let winding = voronoi_edges::winding(delaunay, &by_facet)
             .expect("a closed surface changes sides an even number of times: this is a bug in tetcvt");
-        let centres = circumcentres::circumcentres(delaunay, &winding);
-        voronoi_edges::add_edges(&mut cells, delaunay, &by_facet, &winding, &centres);
+        let centers = circumcenters::circumcenters(delaunay, &winding);
+        voronoi_edges::add_edges(&mut cells, delaunay, &by_facet, &winding, &centers);
 
         let inside = winding.iter().map(|&w| w > 0).collect();
         ClippedVoronoi { cells, inside, crossings, adjacency }

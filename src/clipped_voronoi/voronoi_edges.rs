@@ -90,7 +90,7 @@ pub(super) fn add_edges(
     delaunay: &Delaunay,
     crossings: &Crossings,
     winding: &[i8],
-    centres: &[DVec3],
+    centers: &[DVec3],
 ) {
     let (points, vertices, neighbors) = (delaunay.points(), delaunay.vertices(), delaunay.neighbors());
     let starts: Vec<usize> = (0..vertices.len()).step_by(BLOCK).collect();
@@ -107,7 +107,7 @@ pub(super) fn add_edges(
                             continue;
                         }
                         let (found, even) = crossings.of(facet);
-                        let ends = [(winding[n], centres[n]), (winding[t], centres[t])];
+                        let ends = [(winding[n], centers[n]), (winding[t], centers[t])];
                         add_edge(sums, points, facet, ends, found, even);
                     }
                 }

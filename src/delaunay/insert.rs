@@ -20,6 +20,7 @@ use super::facet::{Facet, INFINITE};
 use super::order::insertion_rounds;
 use super::tets::{Site, Spoke, Tet, sphere};
 use super::{Delaunay, DelaunayError};
+use crate::geometry::hilbert::hilbert_order;
 use crate::geometry::predicates::{Sign, collinear, orient3d};
 
 /// A triangulation under construction.
@@ -171,7 +172,7 @@ impl Construction {
 impl Delaunay {
     /// Builds from points in range.
     pub(super) fn construct(points: &[DVec3]) -> Result<TetArrays, DelaunayError> {
-        let names = super::order::hilbert_order(points);
+        let names = hilbert_order(points);
         let along_curve = names.iter().map(|&i| points[i as usize]);
         match Construction::of(along_curve) {
             Ok(construction) => Ok(construction.finish(&names)),

@@ -32,7 +32,6 @@ use glam::DVec3;
 pub use adjacency::Adjacency;
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
-pub use order::hilbert_order;
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]

@@ -1,8 +1,8 @@
 //! The facets between inside and outside, their components, and the regions behind them.
 
 use super::complex::Complex;
-use super::disjoint_sets::DisjointSets;
-use crate::surface::Surface;
+use crate::disjoint_sets::DisjointSets;
+use crate::surface::{Surface, edges};
 
 /// The facets between tets inside and tets outside.
 pub struct Boundary {
@@ -40,24 +40,11 @@ impl Boundary {
     }
 }
 
-/// The edges of `triangles`, ends ascending, each with the triangle it is from; sorted.
-pub(crate) fn sorted_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32, u32)> {
-    let mut edges: Vec<_> = triangles
-        .iter()
-        .enumerate()
-        .flat_map(|(f, &[a, b, c])| [(a, b), (b, c), (c, a)].map(|(x, y)| (x.min(y), x.max(y), f as u32)))
-        .collect();
-    edges.sort_unstable();
-    edges
-}
-
 /// The component of each triangle, and how many there are.
 pub(crate) fn components(triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = DisjointSets::new(triangles.len());
-    for pair in sorted_edges(triangles).windows(2) {
-        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-            sets.join(pair[0].2, pair[1].2);
-        }
+    for pair in edges::sorted(triangles).windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        sets.join(edges::triangle_of(pair[0].1), edges::triangle_of(pair[1].1));
     }
     sets.number()
 }
@@ -81,7 +68,7 @@ fn euler_characteristics(points: usize, triangles: &[[u32; 3]], component: &[u32
 
 /// The Euler characteristic of each shell of the surface.
 pub fn shell_euler(surface: &Surface) -> Vec<i64> {
-    let shells = surface.solid_of_shell().len();
+    let shells = surface.shell_count();
     euler_characteristics(surface.points().len(), surface.triangles(), surface.shell(), shells)
 }
 

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::disjoint_sets::DisjointSets;
 use crate::delaunay::{Facet, INFINITE};
+use crate::disjoint_sets::DisjointSets;
 use crate::geometry::tetrahedron::FACETS;
 
 /// A triangulation of all of space, the infinite vertex included, with the star of each vertex.
@@ -155,7 +155,7 @@ impl<'a> Complex<'a> {
 
     /// The pieces of equal label of `tets`, all around vertex `v`, as sets of positions in that list; tets are joined
     /// across those of their facets that contain `v`.
-    pub fn pieces<'b>(
+    pub(super) fn pieces<'b>(
         &self,
         tets: &[u32],
         v: u32,

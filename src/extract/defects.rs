@@ -4,12 +4,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Sampling;
-use super::boundary::{Boundary, sorted_edges};
+use super::boundary::Boundary;
 use super::topology::Topology;
 use crate::clipped_voronoi::Crossing;
-use crate::geometry::tetrahedron;
-use crate::geometry::triangle::normal2;
+use crate::geometry::{tetrahedron, triangle};
 use crate::seeds::SeedKind;
+use crate::surface::edges;
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,11 +102,11 @@ fn defect(sampling: &Sampling, kind: DefectKind, seeds: Vec<u32>) -> Defect {
 
 /// Edges and vertices where the boundary is no manifold, and seeds that are not where they belong.
 fn vertex_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary) -> Vec<Defect> {
-    let edges = sorted_edges(&boundary.triangles);
+    let edges = edges::sorted(&boundary.triangles);
     let mut found = Vec::new();
     let mut at_edge = vec![false; sampling.kinds.len()];
-    for same in edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)).filter(|same| same.len() > 2) {
-        let (a, b) = (same[0].0, same[0].1);
+    for same in edges.chunk_by(|x, y| x.0 == y.0).filter(|same| same.len() > 2) {
+        let [a, b] = same[0].0;
         at_edge[a as usize] = true;
         at_edge[b as usize] = true;
         found.push(defect(sampling, DefectKind::NonManifoldEdge, vec![a, b]));
@@ -159,9 +159,13 @@ fn topology_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary, c
         };
         let components: Vec<_> = topology.of_shell(shell).collect();
         if components.is_empty() {
-            let triangle = surface.shell().iter().position(|&s| s == shell).expect("a shell has triangles");
+            let triangle = surface
+                .shell()
+                .iter()
+                .position(|&s| s == shell)
+                .expect("a shell has triangles: this is a bug in tetcvt");
             let [a, b, c] = surface.corners(triangle as u32);
-            report(DefectKind::MissingShell, Vec::new(), (a + b + c) / 3.0);
+            report(DefectKind::MissingShell, Vec::new(), triangle::centroid(a, b, c));
         }
         for component in &components {
             let point = sampling.complex.points[component.vertex as usize];
@@ -245,7 +249,8 @@ fn crosswise_triangles(sampling: &Sampling, boundary: &Boundary, vertex: u32, mo
         .filter_map(|f| {
             let [a, b, c] = boundary.triangles[f].map(|v| sampling.complex.points[v as usize]);
             let [p, q, r] = surface.corners(surface.tree().closest((a + b + c) / 3.0).triangle);
-            let cosine = normal2(a, b, c).normalize_or_zero().dot(normal2(p, q, r).normalize_or_zero());
+            let cosine =
+                triangle::normal2(a, b, c).normalize_or_zero().dot(triangle::normal2(p, q, r).normalize_or_zero());
             (cosine < STEEP).then_some((cosine, f))
         })
         .collect();
@@ -264,21 +269,24 @@ fn crosswise_triangles(sampling: &Sampling, boundary: &Boundary, vertex: u32, mo
 
 /// The triangle farthest from the surface in the component of the boundary that `vertex` is on.
 fn worst_triangle(sampling: &Sampling, boundary: &Boundary, vertex: u32) -> (DVec3, Vec<u32>) {
-    let at = boundary.triangles.iter().position(|t| t.contains(&vertex)).expect("a component has triangles");
+    let at = boundary
+        .triangles
+        .iter()
+        .position(|t| t.contains(&vertex))
+        .expect("a component has triangles: this is a bug in tetcvt");
     let component = boundary.component[at];
+    let middle = |vertices: [u32; 3]| {
+        let [a, b, c] = vertices.map(|v| sampling.complex.points[v as usize]);
+        triangle::centroid(a, b, c)
+    };
     let (_, index) = (0..boundary.triangles.len())
         .into_par_iter()
         .filter(|&f| boundary.component[f] == component)
-        .map(|f| {
-            let center =
-                boundary.triangles[f].iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0;
-            (sampling.surface.tree().closest(center).distance2, f)
-        })
+        .map(|f| (sampling.surface.tree().closest(middle(boundary.triangles[f])).distance2, f))
         .reduce(|| (-1.0, usize::MAX), |a, b| if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a });
     let mut seeds = boundary.triangles[index].to_vec();
     seeds.sort_unstable();
-    let place = seeds.iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0;
-    (place, seeds)
+    (middle(boundary.triangles[index]), seeds)
 }
 
 /// Gives each defect without one the crossing at its seeds that is farthest from them.

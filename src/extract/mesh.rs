@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Sampling;
 use super::boundary::{Boundary, regions};
-use crate::geometry::triangle::normal2;
+use crate::geometry::triangle;
 use crate::seeds::SeedKind;
 use crate::tet_mesh::{BoundaryTriangle, StageTimes, TetMesh};
 
@@ -79,13 +79,10 @@ fn closest_triangles(sampling: &Sampling, boundary: &Boundary) -> Vec<u32> {
     boundary
         .triangles
         .par_iter()
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|v| sampling.complex.points[v as usize]);
-            let (center, normal) = ((a + b + c) / 3.0, normal2(a, b, c));
-            let faces = |t: u32| {
-                let [p, q, r] = surface.corners(t);
-                normal2(p, q, r).dot(normal) > 0.0
-            };
+        .map(|vertices| {
+            let [a, b, c] = vertices.map(|v| sampling.complex.points[v as usize]);
+            let (center, normal) = (triangle::centroid(a, b, c), triangle::normal2(a, b, c));
+            let faces = |t: u32| surface.normal2(t).dot(normal) > 0.0;
             let closest = surface.tree().closest(center);
             if faces(closest.triangle) {
                 return closest.triangle;
@@ -94,8 +91,7 @@ fn closest_triangles(sampling: &Sampling, boundary: &Boundary) -> Vec<u32> {
             let reach = a.distance(center).max(b.distance(center)).max(c.distance(center));
             let mut best = (reach * reach, closest.triangle);
             surface.tree().near_box(center - reach, center + reach, |t| {
-                let [p, q, r] = surface.corners(t);
-                let d = crate::geometry::triangle::closest_point([p, q, r], center).distance_squared(center);
+                let d = triangle::closest_point(surface.corners(t), center).distance_squared(center);
                 if faces(t) && (d, t) < best {
                     best = (d, t);
                 }

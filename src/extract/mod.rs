@@ -29,8 +29,6 @@ pub mod complex;
 
 pub mod defects;
 
-mod disjoint_sets;
-
 pub mod mend;
 
 mod mesh;

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::Sampling;
 use super::defects::{Defect, DefectKind};
+use crate::geometry::triangle::centroid;
+use crate::seeds::SeedKind;
 
 /// A seed to insert on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +52,7 @@ pub fn proposals(sampling: &Sampling, defects: &[Defect]) -> Vec<Proposal> {
 }
 
 fn on_surface(sampling: &Sampling, defect: &Defect) -> bool {
-    defect.seeds.iter().any(|&v| sampling.kinds[v as usize] != crate::seeds::SeedKind::Interior)
+    defect.seeds.iter().any(|&v| sampling.kinds[v as usize] != SeedKind::Interior)
 }
 
 /// A proposal at `place` on `triangle`; none where a seed is there already.
@@ -90,7 +92,7 @@ fn for_shell(sampling: &Sampling, defect: &Defect) -> Vec<Proposal> {
         .filter(|&t| Some(surface.shell()[t as usize]) == defect.shell)
         .map(|t| {
             let [a, b, c] = surface.corners(t);
-            ((a + b + c) / 3.0, t)
+            (centroid(a, b, c), t)
         })
         .collect();
     let mut nearest = 0;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::complex::{Complex, FanBuffers};
+use crate::disjoint_sets::DisjointSets;
 use crate::seeds::SeedKind;
 
 /// What geometry has to say about a tet.
@@ -248,7 +249,7 @@ impl<'a> Repair<'a> {
         let mut corners: Vec<(u32, u32)> =
             tets.iter().enumerate().flat_map(|(i, &t)| self.complex.tets[t as usize].map(|v| (v, i as u32))).collect();
         corners.sort_unstable();
-        let mut sets = super::disjoint_sets::DisjointSets::new(tets.len());
+        let mut sets = DisjointSets::new(tets.len());
         for pair in corners.windows(2).filter(|p| p[0].0 == p[1].0) {
             sets.join(pair[0].1, pair[1].1);
         }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Sampling;
 use super::boundary::{Boundary, regions, shell_euler};
+use crate::geometry::triangle::centroid;
 use crate::seeds::SeedKind;
 
 /// Points of a component that are asked for the closest shell.
@@ -82,7 +83,10 @@ fn vote(sampling: &Sampling, triangles: &[[u32; 3]], euler: i64) -> Match {
             let bound = triangle.iter().find(|&&v| sampling.kinds[v as usize] != SeedKind::Interior);
             let p = match bound {
                 Some(&v) => sampling.complex.points[v as usize],
-                None => triangle.iter().map(|&v| sampling.complex.points[v as usize]).sum::<DVec3>() / 3.0,
+                None => {
+                    let [a, b, c] = triangle.map(|v| sampling.complex.points[v as usize]);
+                    centroid(a, b, c)
+                }
             };
             (surface.shell()[surface.tree().closest(p).triangle as usize], p)
         })

@@ -33,9 +33,9 @@ impl Frame {
         let exponent = (reach.log2() + 1.17).ceil().clamp(-1000.0, 1020.0) as i32;
         let scale = 2f64.powi(-exponent);
         let grain = 2f64.powi((exponent - 5).max(-1021));
-        let centre = bounds.min * 0.5 + bounds.max * 0.5;
-        let shift = (centre / grain).round() * grain;
-        let shift = if shift.is_finite() { shift } else { centre };
+        let center = bounds.center();
+        let shift = (center / grain).round() * grain;
+        let shift = if shift.is_finite() { shift } else { center };
         Frame { shift, scale }
     }
 

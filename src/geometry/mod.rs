@@ -1,8 +1,10 @@
-//! Mathematics on points: predicates, triangles, tets, boxes. Knows no mesh.
+//! Mathematics on points: predicates, triangles, tets, boxes, the Hilbert curve. Knows no mesh.
 
 pub mod bounding_box;
 
 pub mod frame;
+
+pub mod hilbert;
 
 mod integers;
 

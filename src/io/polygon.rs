@@ -34,7 +34,7 @@ pub fn cut(corners: &[DVec3]) -> Cut {
             triangles.extend(fan(&ids));
             return Cut { triangles, proper: false };
         };
-        triangles.push(neighbours(&ids, i));
+        triangles.push(neighbors(&ids, i));
         ids.remove(i);
     }
     let [a, b, c] = [ids[0], ids[1], ids[2]];
@@ -76,7 +76,7 @@ fn shape(plane: &[DVec2], triangle: [usize; 3]) -> f64 {
     (b - a).perp_dot(c - a) / longest
 }
 
-fn neighbours(ids: &[usize], i: usize) -> [usize; 3] {
+fn neighbors(ids: &[usize], i: usize) -> [usize; 3] {
     let n = ids.len();
     [ids[(i + n - 1) % n], ids[i], ids[(i + 1) % n]]
 }
@@ -85,7 +85,7 @@ fn neighbours(ids: &[usize], i: usize) -> [usize; 3] {
 fn best_ear(plane: &[DVec2], ids: &[usize]) -> Option<usize> {
     let mut best: Option<(f64, usize)> = None;
     for i in 0..ids.len() {
-        let ear = neighbours(ids, i);
+        let ear = neighbors(ids, i);
         let [a, b, c] = ear.map(|v| plane[v]);
         if !is_left(a, b, c) {
             continue;

@@ -14,7 +14,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::geometry::triangle::normal2;
+use crate::geometry::triangle;
+use crate::rng::Rng;
 use crate::surface::Surface;
 use crate::surface::box_tree::BoxTree;
 use crate::tet_mesh::TetMesh;
@@ -37,13 +38,8 @@ pub struct Distance {
 impl Distance {
     /// Between the boundary of `mesh` and `surface`.
     pub fn between(mesh: &TetMesh, surface: &Surface) -> Distance {
-        let vertices = mesh.boundary_vertices();
-        let mut compact = vec![0; mesh.points.len()];
-        for (i, &v) in (0..).zip(&vertices) {
-            compact[v as usize] = i;
-        }
+        let (vertices, triangles) = mesh.boundary_mesh();
         let points: Vec<DVec3> = vertices.iter().map(|&v| surface.frame().to_frame(mesh.points[v as usize])).collect();
-        let triangles: Vec<[u32; 3]> = mesh.boundary.iter().map(|t| t.vertices.map(|v| compact[v as usize])).collect();
         let tree = BoxTree::build(&points, &triangles);
         let there = OneSided::measure(&points, &triangles, surface.tree());
         let back = OneSided::measure(surface.points(), surface.triangles(), &tree);
@@ -82,7 +78,7 @@ impl<'a> Strata<'a> {
             .iter()
             .map(|t| {
                 let [a, b, c] = t.map(|v| points[v as usize]);
-                sum += normal2(a, b, c).length() / 2.0;
+                sum += triangle::area(a, b, c);
                 sum
             })
             .collect();
@@ -91,13 +87,12 @@ impl<'a> Strata<'a> {
 
     /// A point in part `k` of `n`.
     fn sample(&self, k: usize, n: usize) -> DVec3 {
-        let [along, u, v] = std::array::from_fn(|i| uniform(3 * k as u64 + i as u64));
+        let mut rng = Rng::new(0, k as u64);
         let total = self.area.last().copied().unwrap_or(0.0);
-        let at = (k as f64 + along) / n as f64 * total;
+        let at = (k as f64 + rng.unit()) / n as f64 * total;
         let t = self.area.partition_point(|&area| area < at).min(self.triangles.len() - 1);
         let [a, b, c] = self.triangles[t].map(|v| self.points[v as usize]);
-        // Fold the unit square onto its lower triangle.
-        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        let [_, u, v] = rng.barycentric();
         a + (b - a) * u + (c - a) * v
     }
 
@@ -112,14 +107,6 @@ impl<'a> Strata<'a> {
         let (max2, sum) = chunks.into_iter().fold((0.0f64, 0.0), |(max, sum), (m, s)| (max.max(m), sum + s));
         OneSided { max2, mean2: sum / n.max(1) as f64 }
     }
-}
-
-/// A number in [0, 1) that follows from `index` alone: SplitMix64 (Steele, Lea, Flood 2014, doi 10.1145/2660193.2660195).
-fn uniform(index: u64) -> f64 {
-    let mut z = (index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 #[cfg(test)]
@@ -149,7 +136,7 @@ mod tests {
         let strata = Strata::new(&[], &[]);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let d = pool.install(|| strata.distances(10_000, |k| uniform(k as u64)));
+            let d = pool.install(|| strata.distances(10_000, |k| Rng::new(0, k as u64).unit()));
             (d.max2.to_bits(), d.mean2.to_bits())
         };
         assert_eq!(run(1), run(3));

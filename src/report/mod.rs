@@ -174,7 +174,7 @@ impl InputReport {
             file,
             vertices: surface.points().len(),
             triangles: surface.triangles().len(),
-            components: surface.solid_of_shell().len(),
+            components: surface.shell_count(),
             genus: surface.genus(),
             volume: length(length(length(surface.volume()))),
             area: length(length(surface.area())),
@@ -186,17 +186,16 @@ impl InputReport {
 impl MeshReport {
     /// Of `mesh`, made from `surface`.
     pub fn of(mesh: &TetMesh, quality: &TetQuality, surface: &Surface) -> MeshReport {
-        let count = |kind: SeedKind| mesh.kinds.iter().filter(|&&k| k == kind).count();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let distance = Distance::between(mesh, surface);
         MeshReport {
             vertices: mesh.points.len(),
             tets: mesh.tets.len(),
             surface_triangles: mesh.boundary.len(),
-            interior_seeds: count(SeedKind::Interior),
-            surface_seeds: count(SeedKind::Surface),
-            curve_seeds: count(SeedKind::Curve),
-            corner_seeds: count(SeedKind::Corner),
+            interior_seeds: mesh.count(SeedKind::Interior),
+            surface_seeds: mesh.count(SeedKind::Surface),
+            curve_seeds: mesh.count(SeedKind::Curve),
+            corner_seeds: mesh.count(SeedKind::Corner),
             volume: quality.volume.iter().sum(),
             // In the frame: in units of the model a volume may be out of range.
             volume_error: volume_at_scale(mesh, surface.frame().scale) / surface.volume() - 1.0,

@@ -67,7 +67,7 @@ impl Blocks {
             if self.sides[start] != Side::Unknown {
                 continue;
             }
-            let inside = surface.tree().is_inside(self.centre(start));
+            let inside = surface.tree().is_inside(self.center(start));
             let side = if inside { Side::Inside } else { Side::Outside };
             self.sides[start] = side;
             stack.push(start);
@@ -87,7 +87,7 @@ impl Blocks {
         }
     }
 
-    fn centre(&self, i: usize) -> DVec3 {
+    fn center(&self, i: usize) -> DVec3 {
         let (x, rest) = (i % self.counts[0], i / self.counts[0]);
         let (y, z) = (rest % self.counts[1], rest / self.counts[1]);
         self.origin + self.edge * (DVec3::new(x as f64, y as f64, z as f64) + 0.5)

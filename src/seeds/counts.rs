@@ -14,9 +14,8 @@
 //! come from elsewhere.
 
 use super::curves::{self, CurveNeed};
-use super::surface_sampling::triangle_normal;
-use crate::surface::Surface;
 use crate::surface::features::Features;
+use crate::surface::{Surface, edges};
 
 /// Area of a surface seed's cell over h^2.
 const HEXAGON: f64 = 0.866_025_403_784_438_6;
@@ -214,7 +213,7 @@ impl<'a> Demand<'a> {
                 continue;
             }
             let s = s.map(|s| s.min(h));
-            let area = 0.5 * triangle_normal(self.surface, t as u32).length();
+            let area = 0.5 * self.surface.normal2(t as u32).length();
             plain -= area;
             // The mean over the midpoints of the edges: exact to the second degree.
             let density = |a: f64, b: f64| 4.0 / ((a + b) * (a + b));
@@ -303,7 +302,7 @@ impl<'a> Demand<'a> {
     }
 
     fn shell_deficits(&self) -> Vec<usize> {
-        let mut have = vec![0usize; self.surface.solid_of_shell().len()];
+        let mut have = vec![0usize; self.surface.shell_count()];
         let shell_of = self.shell_of_vertices();
         for &v in &self.corners {
             have[shell_of[v as usize] as usize] += 1;
@@ -345,26 +344,19 @@ fn bisect(mut low: f64, mut high: f64, more: impl Fn(f64) -> bool) -> f64 {
 /// angle a counts for its length times tan(a / 2), the exact value of a sharp convex edge and that of a smooth surface
 /// in the limit.
 fn steiner(surface: &Surface) -> [f64; 4] {
-    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * surface.triangles().len());
-    for (t, v) in surface.triangles().iter().enumerate() {
-        for i in 0..3 {
-            let (a, b) = (v[i], v[(i + 1) % 3]);
-            edges.push(([a.min(b), a.max(b)], t as u32));
-        }
-    }
-    edges.sort_unstable();
     let mut mean = 0.0;
-    for pair in edges.chunks_exact(2) {
-        let ([a, b], t) = pair[0];
-        let [n, m] = [t, pair[1].1].map(|t| triangle_normal(surface, t).normalize_or_zero());
+    for pair in edges::sorted(surface.triangles()).chunks_exact(2) {
+        let [a, b] = pair[0].0;
+        let [t, u] = [0, 1].map(|k| edges::triangle_of(pair[k].1));
+        let [n, m] = [t, u].map(|t| surface.normal2(t).normalize_or_zero());
         let (p, q) = (surface.points()[a as usize], surface.points()[b as usize]);
-        let other = surface.triangles()[pair[1].1 as usize].into_iter().find(|v| *v != a && *v != b);
+        let other = surface.triangles()[u as usize].into_iter().find(|v| *v != a && *v != b);
         let other = other.map_or(p, |v| surface.points()[v as usize]);
         let tangent = (n.cross(m).length() / (1.0 + n.dot(m)).max(1e-9)).min(2.0);
         let convex = if (other - p).dot(n) <= 0.0 { 1.0 } else { -1.0 };
         mean += convex * p.distance(q) * tangent;
     }
-    let shells = surface.solid_of_shell().len() as f64;
+    let shells = surface.shell_count() as f64;
     // Cavities turn the other way, but at depths where this term counts they are not what is left.
     let gauss = 4.0 / 3.0 * std::f64::consts::PI * (shells - surface.genus() as f64);
     [surface.volume(), surface.area(), mean, gauss]

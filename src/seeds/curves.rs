@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Anchor;
 use super::grid::CellGrid;
+use crate::disjoint_sets::DisjointSets;
 use crate::geometry::frame::snap;
 use crate::surface::Surface;
 use crate::surface::features::{Curve, Features};
@@ -34,21 +35,21 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
         (a.min(b), a.max(b))
     };
     // Networks: curves joined at their ends, each network named after its least vertex.
-    let mut network: Vec<u32> = (0..surface.points().len() as u32).collect();
+    let vertices = surface.points().len();
+    let mut networks = DisjointSets::new(vertices);
     for c in &features.curves {
         let (a, b) = ends(c);
-        let (a, b) = (root(&mut network, a), root(&mut network, b));
-        network[a.max(b) as usize] = a.min(b);
+        networks.join(a, b);
     }
-    let mut lengths = vec![0.0; network.len()];
-    let mut ends_at = vec![0u32; network.len()];
+    let mut lengths = vec![0.0; vertices];
+    let mut ends_at = vec![0u32; vertices];
     for c in &features.curves {
         let (a, b) = ends(c);
-        lengths[root(&mut network, a) as usize] += c.length();
+        lengths[networks.find(a) as usize] += c.length();
         ends_at[a as usize] += 1;
         ends_at[b as usize] += 1;
     }
-    let mut kept = |v: u32| lengths[root(&mut network, v) as usize] >= RESOLVED * spacing;
+    let mut kept = |v: u32| lengths[networks.find(v) as usize] >= RESOLVED * spacing;
     // A corner without a crease is the tip of a cone.
     let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
     let corners = spread_corners(surface, corners, &ends_at, spacing);
@@ -95,15 +96,6 @@ fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], spa
     let mut kept: Vec<u32> = corners.iter().zip(&stays).filter(|(_, s)| **s).map(|(&v, _)| v).collect();
     kept.sort_unstable();
     kept
-}
-
-/// The least vertex of the network that holds `v`.
-fn root(network: &mut [u32], mut v: u32) -> u32 {
-    while network[v as usize] != v {
-        network[v as usize] = network[network[v as usize] as usize];
-        v = network[v as usize];
-    }
-    v
 }
 
 impl CurveNeed {

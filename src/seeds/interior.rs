@@ -19,9 +19,9 @@ use super::counts::CELL;
 use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
 use super::surface_sampling::BoundarySeed;
-use crate::delaunay::hilbert_order;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::frame::snap;
+use crate::geometry::hilbert::hilbert_order;
 use crate::params::Start;
 use crate::rng::Rng;
 use crate::surface::Surface;
@@ -227,7 +227,7 @@ impl<'a> Interior<'a> {
 fn bcc_points(bounds: &BoundingBox, rotation: DMat3, offset: DVec3, edge: f64) -> Vec<DVec3> {
     // A cube of the lattice holds two points.
     let cube = edge * 2f64.cbrt();
-    let centre = bounds.center();
+    let center = bounds.center();
     let half = 0.5 * bounds.extent();
     let axes = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|a| a * cube);
     let reach = (bounds.diagonal() * 0.5 / cube).ceil() as i64 + 2;
@@ -237,8 +237,8 @@ fn bcc_points(bounds: &BoundingBox, rotation: DMat3, offset: DVec3, edge: f64) -
         for i in -reach..=reach {
             for j in -reach..=reach {
                 let start =
-                    centre + axes[0] * (i as f64 + shift.x) + axes[1] * (j as f64 + shift.y) + axes[2] * shift.z;
-                let Some((first, last)) = clip_line(start - centre, axes[2], half) else { continue };
+                    center + axes[0] * (i as f64 + shift.x) + axes[1] * (j as f64 + shift.y) + axes[2] * shift.z;
+                let Some((first, last)) = clip_line(start - center, axes[2], half) else { continue };
                 for k in first.ceil() as i64..=last.floor() as i64 {
                     points.push(start + axes[2] * k as f64);
                 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Anchor;
-use crate::delaunay::hilbert_order;
+use crate::geometry::hilbert::hilbert_order;
 
 /// Renumbers positions and anchors together along a Hilbert curve.
 pub(super) fn along_hilbert_curve(positions: &mut Vec<DVec3>, anchors: &mut Vec<Anchor>) {

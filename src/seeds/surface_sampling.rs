@@ -10,9 +10,8 @@ use super::Anchor;
 use super::counts::{Demand, Plan};
 use super::elimination::{Sample, eliminate};
 use super::grid::CellGrid;
-use crate::delaunay::hilbert_order;
 use crate::geometry::frame::snap;
-use crate::geometry::triangle::normal2;
+use crate::geometry::hilbert::hilbert_order;
 use crate::rng::Rng;
 use crate::surface::Surface;
 use crate::surface::features::Features;
@@ -33,12 +32,6 @@ pub(super) struct BoundarySeed {
     pub(super) normal: DVec3,
     /// Spacing here.
     pub(super) spacing: f64,
-}
-
-/// Twice the area times the outward normal of triangle `t`.
-pub(super) fn triangle_normal(surface: &Surface, t: u32) -> DVec3 {
-    let [a, b, c] = surface.corners(t);
-    normal2(a, b, c)
 }
 
 /// Adds the surface seeds planned, and `more`, to `seeds`, which hold those of corners and creases.
@@ -85,10 +78,10 @@ pub(super) fn add_surface_seeds(
 fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec<(u32, Sample)> {
     let cells_of = |t: u32| {
         let least = surface.triangles()[t as usize].iter().map(|&v| plan.sizes[v as usize]).fold(f64::MAX, f64::min);
-        (0.5 * triangle_normal(surface, t).length() / (0.866 * least * least), least)
+        (0.5 * surface.normal2(t).length() / (0.866 * least * least), least)
     };
     let triangles = surface.triangles().len() as u32;
-    let mut cells = vec![0.0; surface.solid_of_shell().len()];
+    let mut cells = vec![0.0; surface.shell_count()];
     (0..triangles).for_each(|t| cells[surface.shell()[t as usize] as usize] += cells_of(t).0);
     let oversampling = OVERSAMPLING.max(wanted / cells.iter().sum::<f64>());
     let rate: Vec<f64> = cells.iter().map(|c| oversampling.max(PER_SHELL / c)).collect();
@@ -103,7 +96,7 @@ fn candidates(surface: &Surface, plan: &Plan, wanted: f64, rng: &mut Rng) -> Vec
             continue;
         }
         let [a, b, c] = surface.corners(t);
-        let normal = normal2(a, b, c).normalize_or_zero();
+        let normal = surface.normal2(t).normalize_or_zero();
         let sizes = surface.triangles()[t as usize].map(|v| plan.sizes[v as usize]);
         while *passed >= 1.0 {
             *passed -= 1.0;

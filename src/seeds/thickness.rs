@@ -20,7 +20,6 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::grid::CellGrid;
-use super::surface_sampling::triangle_normal;
 use crate::rng::Rng;
 use crate::surface::Surface;
 use crate::surface::features::Features;
@@ -87,10 +86,10 @@ struct Probe {
 
 /// 1. Samples at even steps of area, shell by shell.
 fn samples(surface: &Surface, spacing: f64, random_seed: u64) -> Vec<Probe> {
-    let shells = surface.solid_of_shell().len();
+    let shells = surface.shell_count();
     let mut areas = vec![0.0; shells];
     for t in 0..surface.triangles().len() {
-        areas[surface.shell()[t] as usize] += 0.5 * triangle_normal(surface, t as u32).length();
+        areas[surface.shell()[t] as usize] += 0.5 * surface.normal2(t as u32).length();
     }
     let step: Vec<f64> = areas.iter().map(|a| (spacing * spacing / DENSITY).min(a / PER_SHELL)).collect();
     let mut passed = vec![0.5; shells];
@@ -98,7 +97,7 @@ fn samples(surface: &Surface, spacing: f64, random_seed: u64) -> Vec<Probe> {
     let mut samples = Vec::new();
     for t in 0..surface.triangles().len() as u32 {
         let shell = surface.shell()[t as usize] as usize;
-        let normal2 = triangle_normal(surface, t);
+        let normal2 = surface.normal2(t);
         passed[shell] += 0.5 * normal2.length() / step[shell];
         while passed[shell] >= 1.0 {
             passed[shell] -= 1.0;
@@ -128,7 +127,7 @@ fn opposite(
     if hit == sample.triangle {
         return None;
     }
-    let across = triangle_normal(surface, hit).normalize_or_zero();
+    let across = surface.normal2(hit).normalize_or_zero();
     if sample.normal.dot(across) > -PARALLEL {
         return None;
     }

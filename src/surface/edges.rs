@@ -2,6 +2,7 @@
 
 use super::defects::Defect;
 use super::soup::Soup;
+use crate::disjoint_sets::DisjointSets;
 use crate::geometry::predicates::{Sign, normal_signs, orient3d};
 
 /// Edge `i` of triangle `t` runs from its corner `i` to corner `i + 1`; its number is `3 t + i`.
@@ -109,18 +110,18 @@ fn faces_overlap(soup: &Soup, group: &[([u32; 2], EdgeId)]) -> bool {
 /// Refuses vertices whose triangles are not one fan.
 fn vertices(soup: &Soup, twin: &[EdgeId]) -> Result<(), Defect> {
     // Corners that follow each other around a vertex are joined across their common edge, whatever the orientations.
-    let mut class = Classes::new(twin.len());
+    let mut fans = DisjointSets::new(twin.len());
     for e in 0..twin.len() as u32 {
         let f = twin[e as usize];
         for v in ends(&soup.triangles, e) {
-            class.join(corner_at(&soup.triangles, e / 3, v), corner_at(&soup.triangles, f / 3, v));
+            fans.join(corner_at(&soup.triangles, e / 3, v), corner_at(&soup.triangles, f / 3, v));
         }
     }
     let mut fan = vec![u32::MAX; soup.points.len()];
     let mut bad = vec![];
     for corner in 0..twin.len() as u32 {
         let v = soup.triangles[corner as usize / 3][corner as usize % 3];
-        let root = class.root(corner);
+        let root = fans.find(corner);
         let known = &mut fan[v as usize];
         if *known == u32::MAX {
             *known = root;
@@ -138,32 +139,4 @@ fn vertices(soup: &Soup, twin: &[EdgeId]) -> Result<(), Defect> {
 fn corner_at(triangles: &[[u32; 3]], t: u32, v: u32) -> u32 {
     let i = triangles[t as usize].iter().position(|&w| w == v);
     3 * t + i.expect("twins share their ends: this is a bug in tetcvt") as u32
-}
-
-/// Disjoint classes of numbers (Tarjan 1975), the least number being the root.
-pub struct Classes {
-    parent: Vec<u32>,
-}
-
-impl Classes {
-    /// Each number from 0 to `count - 1` on its own.
-    pub fn new(count: usize) -> Classes {
-        Classes { parent: (0..count as u32).collect() }
-    }
-
-    /// The least number of the class of `a`.
-    pub fn root(&mut self, mut a: u32) -> u32 {
-        while self.parent[a as usize] != a {
-            let up = self.parent[self.parent[a as usize] as usize];
-            self.parent[a as usize] = up;
-            a = up;
-        }
-        a
-    }
-
-    /// Makes the classes of `a` and `b` one.
-    pub fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-    }
 }

@@ -8,8 +8,9 @@
 use glam::DVec3;
 
 use super::Surface;
-use super::edges::{self, Classes};
-use crate::geometry::triangle::{closest_on_segment, normal2};
+use super::edges;
+use crate::disjoint_sets::DisjointSets;
+use crate::geometry::triangle::closest_on_segment;
 
 /// The tip of a cone is a corner when its triangles' angles sum to less than this share of a full turn: that of a cone
 /// with a half-angle of 45 degrees at the tip. A vertex of a smooth, sampled surface lies far above it.
@@ -103,12 +104,8 @@ impl Features {
 
 /// For each edge of each triangle, whether it is a crease.
 fn creases(surface: &Surface, twin: &[u32], angle: f64) -> Vec<bool> {
-    let normals: Vec<DVec3> = (0..surface.triangles().len() as u32)
-        .map(|t| {
-            let [a, b, c] = surface.corners(t);
-            normal2(a, b, c).normalize_or_zero()
-        })
-        .collect();
+    let normals: Vec<DVec3> =
+        (0..surface.triangles().len() as u32).map(|t| surface.normal2(t).normalize_or_zero()).collect();
     (0..twin.len())
         .map(|e| {
             let (n, m) = (normals[e / 3], normals[twin[e] as usize / 3]);
@@ -122,7 +119,7 @@ fn creases(surface: &Surface, twin: &[u32], angle: f64) -> Vec<bool> {
 struct Graph {
     /// For each vertex, the first of its neighbours in `neighbour`.
     start: Vec<u32>,
-    neighbour: Vec<u32>,
+    neighbor: Vec<u32>,
 }
 
 impl Graph {
@@ -138,11 +135,11 @@ impl Graph {
         for v in 1..start.len() {
             start[v] += start[v - 1];
         }
-        Graph { start, neighbour: links.iter().map(|l| l[1]).collect() }
+        Graph { start, neighbor: links.iter().map(|l| l[1]).collect() }
     }
 
     fn around(&self, v: u32) -> &[u32] {
-        &self.neighbour[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
+        &self.neighbor[self.start[v as usize] as usize..self.start[v as usize + 1] as usize]
     }
 }
 
@@ -171,7 +168,7 @@ fn corners(surface: &Surface, graph: &Graph, angle: f64) -> Vec<bool> {
 
 /// Chains the creases: first those between corners, in the order of their first vertex, then the loops.
 fn chain(graph: &Graph, is_corner: &[bool]) -> Vec<Vec<u32>> {
-    let mut used = vec![false; graph.neighbour.len()];
+    let mut used = vec![false; graph.neighbor.len()];
     let slot = |from: u32, to: u32| {
         let i = graph.around(from).binary_search(&to).expect("the graph is symmetric: this is a bug in tetcvt");
         graph.start[from as usize] as usize + i
@@ -207,22 +204,9 @@ fn chain(graph: &Graph, is_corner: &[bool]) -> Vec<Vec<u32>> {
 
 /// For each triangle, its patch; numbered by the first triangle of each.
 fn patches(twin: &[u32], crease: &[bool]) -> Vec<u32> {
-    let count = twin.len() / 3;
-    let mut class = Classes::new(count);
+    let mut patches = DisjointSets::new(twin.len() / 3);
     for e in (0..twin.len()).filter(|&e| !crease[e]) {
-        class.join(e as u32 / 3, twin[e] / 3);
+        patches.join(e as u32 / 3, twin[e] / 3);
     }
-    let mut number = vec![0; count];
-    let mut patches = 0;
-    (0..count as u32)
-        .map(|t| {
-            let root = class.root(t);
-            // A root is the least of its class, and so comes first.
-            if root == t {
-                number[t as usize] = patches;
-                patches += 1;
-            }
-            number[root as usize]
-        })
-        .collect()
+    patches.number().0
 }

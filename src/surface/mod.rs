@@ -4,12 +4,13 @@ use glam::DVec3;
 
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::frame::Frame;
+use crate::geometry::triangle;
 
 pub mod box_tree;
 
 pub mod defects;
 
-pub mod edges;
+pub(crate) mod edges;
 
 pub mod features;
 
@@ -115,6 +116,12 @@ impl Surface {
     /// The three corners of triangle `t`.
     pub fn corners(&self, t: u32) -> [DVec3; 3] {
         self.triangles[t as usize].map(|v| self.points[v as usize])
+    }
+
+    /// The outward normal of triangle `t`, twice its area long.
+    pub fn normal2(&self, t: u32) -> DVec3 {
+        let [a, b, c] = self.corners(t);
+        triangle::normal2(a, b, c)
     }
 
     /// For each triangle, the index of its face in the input, counted from 0.

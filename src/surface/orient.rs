@@ -42,12 +42,12 @@ pub(super) fn agree(soup: &mut Soup, twin: &[EdgeId], notes: &mut Vec<String>) -
                 // Neighbours agree when they run along their common edge in opposite directions.
                 let differ = edges::ends(&soup.triangles, e) == edges::ends(&soup.triangles, f);
                 let want = turned[t as usize] ^ differ;
-                let neighbour = edges::triangle_of(f) as usize;
-                if shell[neighbour] == u32::MAX {
-                    shell[neighbour] = shells;
-                    turned[neighbour] = want;
-                    queue.push(neighbour as u32);
-                } else if turned[neighbour] != want {
+                let neighbor = edges::triangle_of(f) as usize;
+                if shell[neighbor] == u32::MAX {
+                    shell[neighbor] = shells;
+                    turned[neighbor] = want;
+                    queue.push(neighbor as u32);
+                } else if turned[neighbor] != want {
                     return Err(Defect::NonOrientable { place: soup.edge_place(t, i as usize) });
                 }
             }

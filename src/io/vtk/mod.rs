@@ -148,17 +148,12 @@ pub fn write_mesh(path: &Path, format: Format, mesh: &TetMesh, quality: &TetQual
 /// Writes the boundary of a mesh: the points that it uses, with point data `vertex`, their index in the mesh; cell
 /// data `region_inside`, `region_outside`, `patch`, `source_triangle`.
 pub fn write_surface(path: &Path, format: Format, mesh: &TetMesh) -> Result<(), Error> {
-    let vertices = mesh.boundary_vertices();
+    let (vertices, triangles) = mesh.boundary_mesh();
     let points: Vec<DVec3> = vertices.iter().map(|&v| mesh.points[v as usize]).collect();
-    let mut compact = vec![0; mesh.points.len()];
-    for (i, &v) in (0..).zip(&vertices) {
-        compact[v as usize] = i;
-    }
-    let corners: Vec<u32> = mesh.boundary.iter().flat_map(|t| t.vertices).map(|v| compact[v as usize]).collect();
     let grid = Grid {
         shape: Shape::Triangle,
         points: &points,
-        corners: &corners,
+        corners: triangles.as_flattened(),
         field_data: Vec::new(),
         point_data: vec![Array::integers("vertex", vertices.iter().copied().map(signed))],
         cell_data: vec![

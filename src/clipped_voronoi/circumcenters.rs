@@ -12,19 +12,19 @@ use crate::geometry::tetrahedron;
 const FLAT: f64 = 1e-4;
 
 /// Circumcentres of the tets whose winding is not 0; others are never asked for.
-pub(super) fn circumcentres(delaunay: &Delaunay, winding: &[i8]) -> Vec<DVec3> {
+pub(super) fn circumcenters(delaunay: &Delaunay, winding: &[i8]) -> Vec<DVec3> {
     let points = delaunay.points();
-    let centre = |(v, &w): (&[u32; 4], &i8)| {
+    let center = |(v, &w): (&[u32; 4], &i8)| {
         if w == 0 {
             return DVec3::ZERO;
         }
-        circumcentre(v.map(|i| points[i as usize]))
+        circumcenter(v.map(|i| points[i as usize]))
     };
-    delaunay.vertices().par_iter().zip(winding).map(centre).collect()
+    delaunay.vertices().par_iter().zip(winding).map(center).collect()
 }
 
 /// The circumcentre of a tet that is not flat, however nearly so, its corners on the grid of the frame.
-fn circumcentre([a, b, c, d]: [DVec3; 4]) -> DVec3 {
+fn circumcenter([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     let (u, v, w) = (b - a, c - a, d - a);
     let det = u.cross(v).dot(w);
     let size2 = u.length_squared() * v.length_squared() * w.length_squared();
@@ -68,8 +68,8 @@ mod tests {
         for lift in [1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 0.1] {
             let square = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, lift / 1e-2)];
             let corners = square.map(|p| snap(turn * p * 1e-2));
-            let centre = circumcentre(corners);
-            let radii = corners.map(|p| p.distance(centre));
+            let center = circumcenter(corners);
+            let radii = corners.map(|p| p.distance(center));
             for r in radii {
                 assert!((r - radii[0]).abs() < 1e-12 * radii[0], "{lift}: {radii:?}");
             }

@@ -1,4 +1,8 @@
 //! Disjoint sets of small integers.
+//!
+//! R. E. Tarjan, *Efficiency of a good but not linear set union algorithm*, Journal of the ACM 22(2), 1975,
+//! doi 10.1145/321879.321884. Departures: paths are halved (Tarjan, van Leeuwen 1984) and the least member is the root,
+//! whatever the sets' sizes, so that roots depend on the sets alone.
 
 /// A partition of 0..n that grows coarser; the least member stands for its set.
 #[derive(Clone, Debug, Default)]
