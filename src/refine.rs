@@ -82,7 +82,7 @@ pub fn until_valid(
         let labels = extract::mend(&sampling, labels);
         let defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
-        let proposals = if round >= PATIENT_ROUNDS && fatal.iter().all(|d| d.kind == DefectKind::UnusedSeed) {
+        let proposals = if round >= PATIENT_ROUNDS && !fatal.is_empty() && fatal.iter().all(|d| d.kind == DefectKind::UnusedSeed) {
             moved_away(relaxation, &fatal)
         } else {
             extract::proposals(&sampling, &defects)
