@@ -481,10 +481,7 @@ impl<'a> Repair<'a> {
         for &t in tets {
             let depth = self.depth(t);
             let contradicts = if self.inside[t as usize] { depth < 0.0 } else { depth > 0.0 && !(self.judge.flat)(t) };
-            if contradicts
-                && depth.abs() > NOISE * self.judge.reach
-                && !self.is_island(&[t])
-                && self.change(&[t]) <= 0
+            if contradicts && depth.abs() > NOISE * self.judge.reach && !self.is_island(&[t]) && self.change(&[t]) <= 0
             {
                 self.toggle(&[t]);
             }

@@ -202,7 +202,11 @@ fn honest(surface: &Surface, features: &Features, mut shortage: Shortage, random
         let Err(next) = outcome else { break };
         let needed = next.needed.max(shortage.needed + shortage.needed / 8);
         // The first shortage is the one to tell of; but what is thin is known better now.
-        shortage = if shortage.thin { Shortage { needed, vertex: shortage.vertex, ..next } } else { Shortage { needed, ..shortage } };
+        shortage = if shortage.thin {
+            Shortage { needed, vertex: shortage.vertex, ..next }
+        } else {
+            Shortage { needed, ..shortage }
+        };
     }
     shortage
 }

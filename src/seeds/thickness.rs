@@ -198,9 +198,8 @@ impl Creases {
         let pair = [patches[0].min(patches[1]), patches[0].max(patches[1])];
         let first = self.by_pair.partition_point(|&(p, _)| p < pair);
         let own = self.by_pair[first..].iter().take_while(|e| e.0 == pair);
-        let distance2 = own
-            .map(|&(_, i)| self.points[i as usize].distance_squared(sample.position))
-            .fold(f64::INFINITY, f64::min);
+        let distance2 =
+            own.map(|&(_, i)| self.points[i as usize].distance_squared(sample.position)).fold(f64::INFINITY, f64::min);
         let (sine, cosine) = (sample.normal.cross(across).length(), -sample.normal.dot(across));
         distance2.is_finite() && fits(thickness, distance2.sqrt(), sine, cosine)
     }
