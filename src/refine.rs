@@ -22,6 +22,9 @@ const ROUNDS: usize = 40;
 /// Rounds that also mend what is only unsightly, such as an interior seed on the boundary.
 const POLISHED_ROUNDS: usize = 3;
 
+/// Rounds that also mend pits: seeds deep inside on the boundary, where two parts of the surface nearly touch.
+const PIT_ROUNDS: usize = 12;
+
 /// Rounds of insertion for the sake of the volume, and iterations after each.
 const FIDELITY_ROUNDS: usize = 3;
 const FIDELITY_SMOOTHING: usize = 2;
@@ -80,10 +83,14 @@ pub fn until_valid(
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
         let labels = extract::label(&sampling, relaxation.clipped());
         let labels = extract::mend(&sampling, labels);
-        let defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
+        let mut defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
+        if round >= POLISHED_ROUNDS {
+            let pits = round < PIT_ROUNDS;
+            defects.retain(|d| d.kind.is_fatal() || (pits && extract::is_pit(&sampling, d)));
+        }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let proposals = proposals(relaxation, &sampling, &defects, round);
-        if fatal.is_empty() && (round >= POLISHED_ROUNDS || proposals.is_empty() || interrupted) {
+        if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
         }
         let donors = donors(relaxation, &sampling, &proposals);
