@@ -49,15 +49,15 @@ fn refusal_of_a_rough_surface_names_a_count_that_will_do() {
     let mut shape = Shape::icosphere(4, 1.0);
     let mut rng = crate::support::Rng(7);
     for p in &mut shape.points {
-        *p *= 1.0 + 0.04 * (rng.unit() - 0.5);
+        *p *= 1.0 + 0.1 * (rng.unit() - 0.5);
     }
     let surface = shape.surface().expect("a closed surface");
-    match tetrahedralize(&surface, &params(60), &mut Silent) {
+    match tetrahedralize(&surface, &params(300), &mut Silent) {
         Err(Error::TooFewSeeds { needed, .. }) => {
             let mesh = tetrahedralize(&surface, &params(needed), &mut Silent).expect("a mesh at the count named");
             assert_eq!(mesh.points.len(), needed);
         }
-        other => panic!("60 vertices should be too few, not {:?}", other.map(|m| m.points.len())),
+        other => panic!("300 vertices should be too few, not {:?}", other.map(|m| m.points.len())),
     }
 }
 
