@@ -19,7 +19,7 @@ const GAIN: f64 = 0.6;
 /// The spacing asked for around a new seed, over the facet's.
 const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
-const MOST: f64 = 0.025;
+const MOST: f64 = 0.015;
 
 /// A facet of the boundary and the volume between it and the surface: positive where the mesh lacks it.
 struct Loss {

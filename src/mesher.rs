@@ -69,7 +69,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
 
 fn describe(stopped: Stopped, params: &Params) -> String {
     match stopped {
-        Stopped::Iterations => format!("after {} iterations, as asked", params.iterations),
+        Stopped::Iterations => "as many as were asked for".to_string(),
         Stopped::Tolerance => format!("the energy changed by less than {:e} of itself", params.tolerance),
         Stopped::Caller => "stopped by the caller".to_string(),
     }

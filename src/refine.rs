@@ -22,6 +22,9 @@ const ROUNDS: usize = 40;
 /// Rounds that also mend what is only unsightly, such as an interior seed on the boundary.
 const POLISHED_ROUNDS: usize = 3;
 
+/// Rounds that also mend pits: seeds deep inside on the boundary, where two parts of the surface nearly touch.
+const PIT_ROUNDS: usize = 12;
+
 /// Rounds of insertion for the sake of the volume, and iterations after each.
 const FIDELITY_ROUNDS: usize = 3;
 const FIDELITY_SMOOTHING: usize = 2;
@@ -80,14 +83,14 @@ pub fn until_valid(
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
         let labels = extract::label(&sampling, relaxation.clipped());
         let labels = extract::mend(&sampling, labels);
-        let defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
+        let mut defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
+        if round >= POLISHED_ROUNDS {
+            let pits = round < PIT_ROUNDS;
+            defects.retain(|d| d.kind.is_fatal() || (pits && extract::is_pit(&sampling, d)));
+        }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
-        let proposals = if round >= PATIENT_ROUNDS && fatal.iter().all(|d| d.kind == DefectKind::UnusedSeed) {
-            moved_away(relaxation, &fatal)
-        } else {
-            extract::proposals(&sampling, &defects)
-        };
-        if fatal.is_empty() && (round >= POLISHED_ROUNDS || proposals.is_empty() || interrupted) {
+        let proposals = proposals(relaxation, &sampling, &defects, round);
+        if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
         }
         let donors = donors(relaxation, &sampling, &proposals);
@@ -108,8 +111,20 @@ pub fn until_valid(
     unreachable!("the last round returns: this is a bug in tetcvt")
 }
 
+/// Where to put seeds to mend `defects`.
+fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], round: usize) -> Vec<Proposal> {
+    if round < PATIENT_ROUNDS {
+        return extract::proposals(sampling, defects);
+    }
+    let (unused, others): (Vec<Defect>, Vec<Defect>) =
+        defects.iter().cloned().partition(|d| d.kind == DefectKind::UnusedSeed);
+    let mut found = extract::proposals(sampling, &others);
+    found.extend(moved_away(relaxation, &unused));
+    found
+}
+
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.
-fn moved_away(relaxation: &Relaxation, unused: &[&Defect]) -> Vec<Proposal> {
+fn moved_away(relaxation: &Relaxation, unused: &[Defect]) -> Vec<Proposal> {
     let seeds = relaxation.seeds();
     let gap = |c: &Crossing| c.point.distance(seeds.positions[c.facet[0] as usize]);
     let mut coarsest: Vec<&Crossing> = relaxation.clipped().crossings.iter().collect();

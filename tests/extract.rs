@@ -539,7 +539,7 @@ fn check_names_what_is_wrong_with_a_mesh() {
     let mesh = whole("cube", &Sampled::new(boxes(&[([0.0; 3], [1.0; 3])]), 500));
     type Damage = (&'static str, fn(&mut TetMesh));
     let damages: [Damage; 6] = [
-        ("volume", |m| m.tets[7].swap(0, 1)),
+        ("inverted", |m| m.tets[7].swap(0, 1)),
         ("is in no tet", |m| {
             m.points.push(DVec3::ZERO);
             m.kinds.push(SeedKind::Interior);

@@ -39,6 +39,9 @@ mod extract;
 // Each model end to end.
 mod models;
 
+// One small model for each mistake that was once made.
+mod regression;
+
 // The binary: options, exit statuses, messages.
 #[cfg(feature = "cli")]
 mod cli;

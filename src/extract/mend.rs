@@ -12,7 +12,9 @@
 //! 3. Descend: at each vertex with a penalty take, of all toggles of a tet, of a pair, of a piece of the star or of an
 //!    edge's ring, or of a way from an unused seed to the nearest tet inside, the one that obeys the depths best among
 //!    those that lower the sum of penalties.
-//! 4. Where the boundary is a manifold of the wrong topology, try clusters of tets whose labels contradict their depths
+//! 4. Take over from the depths where tets beside the boundary lie clearly on the other side of it than their labels say,
+//!    as where it runs across a crease that has seeds near by, and it stays a manifold.
+//! 5. Where the boundary is a manifold of the wrong topology, try clusters of tets whose labels contradict their depths
 //!    and regions that stand for no shell; keep what lowers the penalties or else the mismatch.
 //!
 //! Every accepted step lowers an integer, so it ends; all orders are by index, so that it is deterministic. No tet is
@@ -51,7 +53,7 @@ pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
     repair.into_labels()
 }
 
-/// Steps 1 to 3.
+/// Steps 1 to 4.
 pub fn settle(complex: &Complex, repair: &mut Repair) {
     let fold = |t: u32, inside: &[bool]| is_fold(complex, inside, t);
     repair.peel(&fold);
@@ -61,8 +63,26 @@ pub fn settle(complex: &Complex, repair: &mut Repair) {
     repair.descend();
     repair.relabel(true, ROUNDS);
     repair.descend();
+    if repair.is_conforming() {
+        let corners_cut = cut_corners(complex, repair.inside());
+        repair.straighten(&corners_cut);
+    }
     repair.peel(&fold);
     repair.descend();
+}
+
+/// The usable tets, not thin, that meet tets of the other label in two facets or more: where the boundary may run across
+/// a crease rather than along it.
+fn cut_corners(complex: &Complex, inside: &[bool]) -> Vec<u32> {
+    (0..inside.len() as u32)
+        .filter(|&t| {
+            let [a, b, c, d] = match complex.usable(t) && complex.exposed(inside, t) >= 2 {
+                true => complex.corners(t),
+                false => return false,
+            };
+            tetrahedron::min_dihedral(a, b, c, d) >= THIN
+        })
+        .collect()
 }
 
 /// Whether tet `t` is thin and its facets on the boundary lie on one sheet with those within, so that taking it off
@@ -85,7 +105,7 @@ fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64, u64) {
     (repair.hard(), Topology::of(sampling, repair.inside(), &boundary).mismatch(), repair.soft())
 }
 
-/// Step 4.
+/// Step 5.
 fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
     let mut best = score(sampling, repair);
     let mut trials = 0;

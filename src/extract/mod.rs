@@ -42,7 +42,7 @@ pub mod topology;
 pub use defects::{Defect, DefectKind, defects};
 pub use mend::mend;
 pub use mesh::mesh;
-pub use proposals::{Proposal, proposals};
+pub use proposals::{Proposal, is_pit, proposals};
 
 use complex::Complex;
 

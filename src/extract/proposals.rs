@@ -24,6 +24,8 @@ pub struct Proposal {
 const CROWDED: f64 = 0.02;
 /// Proposals keep this share of the larger of their sizes between each other.
 const APART: f64 = 0.7;
+/// An exposed seed deeper than this share of the spacing is at the bottom of a pit.
+const PIT: f64 = 0.5;
 /// At most so many: the triangulation is to be made anew after them anyway.
 const MOST: usize = 1000;
 /// Seeds proposed for a shell that has none.
@@ -64,6 +66,11 @@ fn at(sampling: &Sampling, place: DVec3, triangle: u32, near: u32) -> Option<Pro
 
 fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
     let near = *defect.seeds.first()?;
+    if is_pit(sampling, defect)
+        && let Some(proposal) = at_rim(sampling, near)
+    {
+        return Some(proposal);
+    }
     if defect.kind == DefectKind::ExposedSeed {
         // The seed itself goes to the surface: its own distance to the place does not count.
         let closest = sampling.surface.tree().closest(sampling.complex.points[near as usize]);
@@ -83,6 +90,52 @@ fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
         let closest = sampling.surface.tree().closest(defect.place);
         at(sampling, closest.point, closest.triangle, near)
     })
+}
+
+/// Whether a seed deep inside is on the boundary: two parts of the surface are so close to each other there that the tets
+/// between them reach past either, and the solid misses more than a dent.
+pub fn is_pit(sampling: &Sampling, defect: &Defect) -> bool {
+    defect.kind == DefectKind::ExposedSeed
+        && defect.seeds.iter().all(|&v| {
+            let closest = sampling.surface.tree().closest(sampling.complex.points[v as usize]);
+            closest.distance2 > (PIT * sampling.spacing).powi(2)
+        })
+}
+
+/// On the surface between the seeds that bound the tets outside at seed `v`, where it is farthest from seeds.
+fn at_rim(sampling: &Sampling, v: u32) -> Option<Proposal> {
+    let complex = &sampling.complex;
+    let bound =
+        |w: &u32| (*w as usize) < complex.seeds && sampling.kinds[*w as usize] != crate::seeds::SeedKind::Interior;
+    let mut best: Option<Proposal> = None;
+    for &t in complex.star(v).iter().filter(|&&t| !complex.usable(t)) {
+        let rim: Vec<u32> = complex.tets[t as usize].into_iter().filter(bound).collect();
+        let [a, b] = match *rim {
+            [] | [_] => continue,
+            _ => longest_pair(&rim, |i, j| complex.points[i as usize].distance_squared(complex.points[j as usize])),
+        };
+        let middle = (complex.points[a as usize] + complex.points[b as usize]) * 0.5;
+        let closest = sampling.surface.tree().closest(middle);
+        if let Some(proposal) = at(sampling, closest.point, closest.triangle, a)
+            && best.is_none_or(|b| proposal.size > b.size)
+        {
+            best = Some(proposal);
+        }
+    }
+    best
+}
+
+/// The pair with the greatest distance; the first of equals.
+fn longest_pair(of: &[u32], distance: impl Fn(u32, u32) -> f64) -> [u32; 2] {
+    let mut best = (f64::NEG_INFINITY, [of[0]; 2]);
+    for (k, &i) in of.iter().enumerate() {
+        for &j in &of[k + 1..] {
+            if distance(i, j) > best.0 {
+                best = (distance(i, j), [i, j]);
+            }
+        }
+    }
+    best.1
 }
 
 /// Seeds spread over a shell, each as far as can be from those before it.

@@ -95,6 +95,11 @@ impl<'a> Repair<'a> {
         self.soft
     }
 
+    /// Whether there are seeds on the surface at all.
+    pub fn is_conforming(&self) -> bool {
+        self.conforming
+    }
+
     fn total(&self) -> u64 {
         self.hard + self.soft
     }
@@ -466,6 +471,20 @@ impl<'a> Repair<'a> {
             if peelable && self.change(&[t]) <= 0 {
                 self.toggle(&[t]);
                 queue.extend(self.complex.around(t).into_iter().filter(|&n| self.inside[n as usize]));
+            }
+        }
+    }
+
+    /// Toggles each of `tets` that lies clearly on the other side of the surface than its label says, where that does no
+    /// harm at its vertices.
+    pub fn straighten(&mut self, tets: &[u32]) {
+        self.prefetch(tets);
+        for &t in tets {
+            let depth = self.depth(t);
+            let contradicts = if self.inside[t as usize] { depth < 0.0 } else { depth > 0.0 && !(self.judge.flat)(t) };
+            if contradicts && depth.abs() > NOISE * self.judge.reach && !self.is_island(&[t]) && self.change(&[t]) <= 0
+            {
+                self.toggle(&[t]);
             }
         }
     }

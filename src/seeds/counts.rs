@@ -110,16 +110,6 @@ impl<'a> Demand<'a> {
         demand
     }
 
-    /// The surface measured.
-    pub(super) fn surface(&self) -> &'a Surface {
-        self.surface
-    }
-
-    /// Its features.
-    pub(super) fn features(&self) -> &'a Features {
-        self.features
-    }
-
     /// The spacing of `count` seeds if there were neither creases nor thin walls.
     pub(super) fn plain_spacing(&self, count: usize) -> f64 {
         let coarsest = 8.0 * self.surface.diagonal();

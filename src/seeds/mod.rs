@@ -117,6 +117,9 @@ mod stream {
 /// Seeds of creases nearer than so many spacings to a corner or another such seed are one too many.
 const CROWDED: f64 = 0.25;
 
+/// How often the count that is said to do is measured again.
+const HONEST_ROUNDS: usize = 16;
+
 /// Places the first seeds: exactly as many as the parameters ask for.
 ///
 /// # Errors
@@ -166,9 +169,10 @@ fn planned<'a>(
         Target::Edge(l) => Size::Length(l * surface.frame().scale),
         Target::RelativeEdge(share) => Size::Length(share * surface.diagonal()),
     };
+    let refuse = |count, shortage| too_few(surface, count, honest(surface, features, shortage, params.random_seed));
     let mut demand = Demand::measure(surface, features, size);
     let mut count = count_for(&demand, size)?;
-    let mut plan = demand.plan(count).map_err(|s| too_few(surface, count, s))?;
+    let mut plan = demand.plan(count).map_err(|s| refuse(count, s))?;
     // Limits are sought below the spacing at hand; seeds that thin walls take leave a larger one elsewhere, where more
     // may be thin.
     for _ in 0..3 {
@@ -177,7 +181,7 @@ fn planned<'a>(
         count = count_for(&demand, size)?;
         plan = match demand.plan(count) {
             Ok(plan) => plan,
-            Err(shortage) => return Err(too_few(surface, count, honest(&mut demand, shortage, params.random_seed))),
+            Err(shortage) => return Err(refuse(count, shortage)),
         };
         if plan.spacing <= 1.1 * sought {
             break;
@@ -186,20 +190,24 @@ fn planned<'a>(
     Ok((demand, plan, count))
 }
 
-/// A shortage at thin walls was measured at a coarse spacing: the count needed, measured again at the spacing that it
-/// gives, until it would do.
-fn honest(demand: &mut Demand, mut shortage: Shortage, random_seed: u64) -> Shortage {
-    for _ in 0..6 {
-        if !shortage.thin {
-            break;
-        }
-        let spacing = demand.plain_spacing(shortage.needed);
-        demand.limit(thickness::limits(demand.surface(), demand.features(), spacing, random_seed));
-        let vertex = shortage.vertex;
-        match demand.plan(shortage.needed) {
-            Ok(_) => break,
-            Err(next) => shortage = Shortage { vertex, ..next },
-        }
+/// A shortage was measured at a coarse spacing, at which fewer creases count and walls seem thicker: the count needed,
+/// measured again at the spacing that it gives, until it would do.
+fn honest(surface: &Surface, features: &Features, mut shortage: Shortage, random_seed: u64) -> Shortage {
+    for _ in 0..HONEST_ROUNDS {
+        let mut demand = Demand::measure(surface, features, Size::Count(shortage.needed));
+        let outcome = demand.plan(shortage.needed).and_then(|_| {
+            let spacing = demand.plain_spacing(shortage.needed);
+            demand.limit(thickness::limits(surface, features, spacing, random_seed));
+            demand.plan(shortage.needed)
+        });
+        let Err(next) = outcome else { break };
+        let needed = next.needed.max(shortage.needed + shortage.needed / 8);
+        // The first shortage is the one to tell of; but what is thin is known better now.
+        shortage = if shortage.thin {
+            Shortage { needed, vertex: shortage.vertex, ..next }
+        } else {
+            Shortage { needed, ..shortage }
+        };
     }
     shortage
 }

@@ -9,7 +9,7 @@
 //! 1. Sample the surface, a few samples to each seed that it will get.
 //! 2. From each sample shoot a ray inwards and one outwards. A hit on a sheet nearly parallel to the sample's own, seen
 //!    from the side that faces it, is the other side of a wall or of a gap, unless a crease that joins the two sheets is
-//!    near: that is a wedge, which no spacing resolves.
+//!    near, or they are flat up to it: that is a wedge, which no spacing resolves.
 //! 3. A wall may have a spacing of 1.3 t. Where rays across the middle of it end soon as well it is a wire, which needs
 //!    enough seeds around it: 0.9 t.
 //! 4. Bring the limits to the vertices and let them grow along edges by at most [`GRADE`] per length.
@@ -32,6 +32,8 @@ const WIRE: f64 = 0.9;
 const WIRE_WIDTH: f64 = 2.5;
 /// Cosine of the largest angle between sheets that count as two sides of a wall: 25 degrees.
 const PARALLEL: f64 = 0.906;
+/// A wedge is as thick as the angle between its sides says, up to this factor.
+const WEDGE: f64 = 1.25;
 /// Growth of the spacing per length along the surface.
 pub(super) const GRADE: f64 = 0.35;
 /// No limit is below this share of the spacing that the count gives: what is thinner is left to the repair of the
@@ -132,7 +134,7 @@ fn opposite(
         return None;
     }
     let patches = [features.face[sample.triangle as usize], features.face[hit as usize]];
-    if creases.join(patches, sample.position, t) {
+    if creases.join(patches, sample.position, t) || creases.is_wedge(patches, sample, across, t) {
         return None;
     }
     let middle = sample.position + 0.5 * t * direction;
@@ -151,6 +153,8 @@ struct Creases {
     points: Vec<DVec3>,
     patches: Vec<[u32; 2]>,
     grid: CellGrid,
+    /// The points again, ordered by patches.
+    by_pair: Vec<([u32; 2], u32)>,
     spacing: f64,
 }
 
@@ -181,7 +185,22 @@ impl Creases {
             }
         }
         let grid = CellGrid::new(&points, 2.0 * spacing);
-        Creases { points, patches, grid, spacing }
+        let mut by_pair: Vec<([u32; 2], u32)> = patches.iter().copied().zip(0..).collect();
+        by_pair.sort_unstable();
+        Creases { points, patches, grid, by_pair, spacing }
+    }
+
+    /// Whether the sample and the sheet opposite with normal `across`, `thickness` away, are flat sides of a wedge: they
+    /// meet in a crease, at the angle that they have here. Flat sides need no more seeds than their creases, however
+    /// acute the wedge.
+    fn is_wedge(&self, patches: [u32; 2], sample: &Probe, across: DVec3, thickness: f64) -> bool {
+        let pair = [patches[0].min(patches[1]), patches[0].max(patches[1])];
+        let first = self.by_pair.partition_point(|&(p, _)| p < pair);
+        let own = self.by_pair[first..].iter().take_while(|e| e.0 == pair);
+        let distance2 =
+            own.map(|&(_, i)| self.points[i as usize].distance_squared(sample.position)).fold(f64::INFINITY, f64::min);
+        let (sine, cosine) = (sample.normal.cross(across).length(), -sample.normal.dot(across));
+        distance2.is_finite() && fits(thickness, distance2.sqrt(), sine, cosine)
     }
 
     /// Whether a crease that joins these two patches is near `p`, where they are `thickness` apart.
@@ -195,6 +214,12 @@ impl Creases {
         });
         found
     }
+}
+
+/// Whether a wedge of this angle (its sine and cosine) is about `thickness` thick so far from its crease.
+fn fits(thickness: f64, distance: f64, sine: f64, cosine: f64) -> bool {
+    let expected = distance * sine / cosine;
+    (expected / WEDGE..=expected * WEDGE).contains(&thickness)
 }
 
 /// 4. Lets limits grow along edges by at most [`GRADE`] per length (Dijkstra from the least up to `most`).
