@@ -1,6 +1,9 @@
-//! What can go wrong that a user can mend. Plain numbers only, so that every module may use it.
+//! What can go wrong that a user can mend, with the exit status that it ends the program with.
 
 use std::path::PathBuf;
+
+use crate::delaunay::DelaunayError;
+use crate::surface::defects::{Defect, coordinates};
 
 /// Why a run ended without a mesh: cause, place, and the way out.
 #[derive(Debug, thiserror::Error)]
@@ -32,14 +35,14 @@ pub enum Error {
     },
     /// A surface that does not bound a solid.
     #[error("the surface cannot be meshed: {0}")]
-    Surface(#[from] crate::surface::defects::Defect),
+    Surface(#[from] Defect),
     /// Points that have no Delaunay triangulation.
     #[error(transparent)]
-    Delaunay(#[from] crate::delaunay::DelaunayError),
+    Delaunay(#[from] DelaunayError),
     /// The surface needs more seeds than the run has.
     #[error(
-        "{count} vertices are too few for a valid mesh: {reason} near ({:.6}, {:.6}, {:.6}); about {needed} would do (--seeds {needed})",
-        place[0], place[1], place[2]
+        "{count} vertices are too few for a valid mesh: {reason} near {}; about {needed} would do (--seeds {needed})",
+        coordinates(*place)
     )]
     TooFewSeeds {
         /// Vertices asked for.

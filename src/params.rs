@@ -1,6 +1,13 @@
-//! What the user chooses. Read-only after [`Params::validate`].
+//! What the user chooses; read-only from [`Params::validate`] on.
 
 use crate::error::Error;
+
+/// The largest count of vertices: the kernel packs a tet's index and a facet into 32 bits, and there are under 8 tets to a
+/// vertex.
+pub const MOST_SEEDS: usize = 100_000_000;
+
+/// The largest number of iterations: more than any run will see, and far from overflow.
+const MOST_ITERATIONS: usize = 1_000_000_000;
 
 /// How many vertices the mesh gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,11 +61,11 @@ pub enum Optimizer {
 /// The parameters of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// How many vertices.
+    /// How many vertices: a count of 4 to [`MOST_SEEDS`], or a positive length of edges.
     pub target: Target,
     /// Where seeds may lie.
     pub boundary: Boundary,
-    /// Edges whose faces' normals differ by more than this, in degrees, are creases; 180 keeps none.
+    /// Edges whose faces' normals differ by more than this, in degrees, are creases: over 0, and 180 keeps none.
     pub feature_angle: f64,
     /// Where interior seeds begin.
     pub start: Start,
@@ -66,7 +73,7 @@ pub struct Params {
     pub optimizer: Optimizer,
     /// How the triangulation follows them.
     pub update: Update,
-    /// At most so many iterations; 0 = only sample.
+    /// At most so many iterations; 0 = only sample. A few more may follow where a valid mesh needs further seeds.
     pub iterations: usize,
     /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never.
     pub tolerance: f64,
@@ -97,13 +104,15 @@ impl Default for Params {
 }
 
 impl Params {
-    /// Refuses values that no run could honour.
+    /// Refuses values that no run could honour, by the name that their option has on the command line.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
     pub fn validate(&self) -> Result<(), Error> {
         let refuse = |option: &'static str, reason: String| Err(Error::Parameter { option, reason });
         match self.target {
-            // The kernel packs a tet's index and a facet into 32 bits; a mesh has under 8 tets a vertex.
-            Target::Count(n) if !(4..=100_000_000).contains(&n) => {
-                return refuse("seeds", format!("{n} is not between 4 and 100000000"));
+            Target::Count(n) if !(4..=MOST_SEEDS).contains(&n) => {
+                return refuse("seeds", format!("{n} is not between 4 and {MOST_SEEDS}"));
             }
             Target::Edge(l) | Target::RelativeEdge(l) if !(l.is_finite() && l > 0.0) => {
                 return refuse("edge", format!("{l} is not a positive length"));
@@ -116,6 +125,54 @@ impl Params {
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return refuse("tolerance", format!("{} is not a finite number of at least 0", self.tolerance));
         }
+        if self.iterations > MOST_ITERATIONS {
+            return refuse("iterations", format!("{} is more than {MOST_ITERATIONS}", self.iterations));
+        }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The option that is refused once `change` has been made to the defaults.
+    fn refused(change: impl FnOnce(&mut Params)) -> Option<&'static str> {
+        let mut params = Params::default();
+        change(&mut params);
+        match params.validate() {
+            Ok(()) => None,
+            Err(Error::Parameter { option, .. }) => Some(option),
+            Err(other) => panic!("{other}"),
+        }
+    }
+
+    #[test]
+    fn what_no_run_could_honour_is_refused_by_its_option() {
+        assert_eq!(refused(|_| ()), None);
+        for n in [0, 3, MOST_SEEDS + 1, usize::MAX] {
+            assert_eq!(refused(|p| p.target = Target::Count(n)), Some("seeds"));
+        }
+        for l in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(|p| p.target = Target::Edge(l)), Some("edge"));
+            assert_eq!(refused(|p| p.target = Target::RelativeEdge(l)), Some("edge"));
+        }
+        for angle in [0.0, -1.0, 180.1, f64::NAN] {
+            assert_eq!(refused(|p| p.feature_angle = angle), Some("feature-angle"));
+        }
+        for tolerance in [-1e-9, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(|p| p.tolerance = tolerance), Some("tolerance"));
+        }
+        assert_eq!(refused(|p| p.iterations = usize::MAX), Some("iterations"));
+    }
+
+    #[test]
+    fn the_ends_of_each_range_are_allowed() {
+        for n in [4, MOST_SEEDS] {
+            assert_eq!(refused(|p| p.target = Target::Count(n)), None);
+        }
+        assert_eq!(refused(|p| p.feature_angle = 180.0), None);
+        assert_eq!(refused(|p| p.tolerance = 0.0), None);
+        assert_eq!(refused(|p| p.iterations = 0), None);
     }
 }

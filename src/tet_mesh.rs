@@ -1,4 +1,4 @@
-//! The output.
+//! The output: a tetrahedral mesh, in the units of the model.
 
 use glam::DVec3;
 

@@ -43,17 +43,20 @@ mod models;
 mod regression;
 
 // The binary: options, exit statuses, messages.
+#[cfg(feature = "cli")]
 mod cli;
 
 // The binary against signals, closed pipes, full disks.
-#[cfg(unix)]
+#[cfg(all(unix, feature = "cli"))]
 mod cli_unix;
 
 // What a run says of its mesh.
 mod report;
 
 // Its files, read back by VTK.
+#[cfg(feature = "cli")]
 mod output;
 
 // Scripts around VTK, in a virtual environment of their own.
+#[cfg(feature = "cli")]
 mod python;

@@ -62,7 +62,9 @@ fn meshed(surface: &Surface, params: &Params, name: &str) -> (TetMesh, MeshRepor
 
 #[test]
 fn every_model_at_two_counts() {
-    for file in models("models") {
+    let files = models("models");
+    assert!(files.len() >= 7, "the models of this project are missing: {files:?}");
+    for file in files {
         let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
         let surface = read_surface(&file).expect("a valid model");
         for (seeds, volume, distance) in [(1500, 0.04, 0.05), (6000, 0.015, 0.025)] {

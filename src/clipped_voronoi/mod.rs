@@ -8,7 +8,7 @@
 //! 3. **Voronoi edges inside Ω**: each interval [a, b] of the dual of a Delaunay facet (i, j, k), with m_ij and the seed,
 //!    for every ordered pair of the facet's vertices.
 //!
-//! All combinatorial decisions are exact, with ties broken as in the Delaunay kernel (see [`bisector`]); what is
+//! All combinatorial decisions are exact, with ties broken as in the Delaunay kernel (see `bisector.rs`); what is
 //! inside follows from them alone. Positions only enter the sums: as the pieces form closed chains whatever rounding does
 //! to positions, volumes add up to the solid's and areas to its area within rounding, on any input.
 //!

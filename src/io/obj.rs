@@ -18,11 +18,17 @@ use crate::surface::defects::Defect;
 use crate::surface::{Surface, note_count};
 
 /// Reads and checks the surface in an OBJ file.
+///
+/// # Errors
+/// [`Error::Read`] where the file cannot be read or parsed, [`Error::Surface`] where it bounds no solid.
 pub fn read(path: &Path) -> Result<Surface, Error> {
     Ok(load(path)?.check()?)
 }
 
 /// Reads an OBJ file, without checking what it holds.
+///
+/// # Errors
+/// [`Error::Read`], with the line.
 pub fn load(path: &Path) -> Result<Soup, Error> {
     let fail = |reason: String| Error::Read { path: path.to_owned(), reason };
     let file = File::open(path).map_err(|e| fail(e.to_string()))?;

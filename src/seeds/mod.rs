@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::geometry::bounding_box::BoundingBox;
-use crate::params::{Boundary, Params, Target};
+use crate::params::{Boundary, MOST_SEEDS, Params, Target};
 use crate::surface::Surface;
 use crate::surface::features::Features;
 use blocks::Blocks;
@@ -120,10 +120,11 @@ const CROWDED: f64 = 0.25;
 /// How often the count that is said to do is measured again.
 const HONEST_ROUNDS: usize = 16;
 
-/// The largest count that the kernel's indices allow.
-const MOST: f64 = 1e8;
-
-/// Places the first seeds.
+/// Places the first seeds: exactly as many as the parameters ask for.
+///
+/// # Errors
+/// [`Error::TooFewSeeds`] where the count is too small for the surface's corners, creases, shells or thin walls;
+/// [`Error::Parameter`] where edges are so short that they need more than [`MOST_SEEDS`].
 pub fn sample(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
     let mut seeds = match params.boundary {
         Boundary::Conform => conforming(surface, features, params)?,
@@ -228,10 +229,10 @@ fn count_for(demand: &Demand, size: Size) -> Result<usize, Error> {
 }
 
 fn checked_count(count: f64) -> Result<usize, Error> {
-    if count <= MOST {
+    if count <= MOST_SEEDS as f64 {
         return Ok(count as usize);
     }
-    let reason = format!("edges so short need {count:.1e} vertices, more than {MOST:.0e}");
+    let reason = format!("edges so short need more than {MOST_SEEDS} vertices");
     Err(Error::Parameter { option: "edge", reason })
 }
 

@@ -155,7 +155,8 @@ impl BoxTree {
 
     /// The closest point of the surface; the lowest triangle index where several are equally close.
     ///
-    /// Panics if the tree has no triangles.
+    /// # Panics
+    /// If the tree has no triangles, or `p` is not finite.
     pub fn closest(&self, p: DVec3) -> Closest {
         let q = self.local(p);
         let mut best = Closest { point: p, triangle: u32::MAX, distance2: f64::INFINITY };

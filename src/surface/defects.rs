@@ -13,10 +13,15 @@ pub struct Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        // `{:?}` of an f64 is the shortest text that reads back as the same number, with an exponent where that is due.
-        let [x, y, z] = self.point.map(short);
-        write!(f, "first at ({x:?}, {y:?}, {z:?}), face {} of the input", u64::from(self.face) + 1)
+        write!(f, "first at {}, face {} of the input", coordinates(self.point), u64::from(self.face) + 1)
     }
+}
+
+/// A point to nine digits, whatever the scale of the model.
+pub(crate) fn coordinates(point: [f64; 3]) -> String {
+    // `{:?}` of an f64 is the shortest text that reads back as the same number, with an exponent where that is due.
+    let [x, y, z] = point.map(short);
+    format!("({x:?}, {y:?}, {z:?})")
 }
 
 /// A number to nine digits.

@@ -54,7 +54,11 @@ impl Surface {
     /// What can be mended without guessing a shape is mended, with a note: vertices that are equal or that no face uses,
     /// triangles without area, faces turned against their neighbours, shells turned inside out. The rest is refused.
     ///
-    /// Panics unless `source` and `patch` are as long as `triangles`.
+    /// # Errors
+    /// The [`Defect`], with how often it occurs and where first.
+    ///
+    /// # Panics
+    /// Unless `source` and `patch` are as long as `triangles`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]], source: &[u32], patch: &[u32]) -> Result<Surface, Defect> {
         assert!(
             source.len() == triangles.len() && patch.len() == triangles.len(),
