@@ -11,9 +11,15 @@ mod cavity;
 
 mod check;
 
+mod detect;
+
 mod error;
 
 mod facet;
+
+mod flip;
+
+mod hull;
 
 mod insert;
 
@@ -22,6 +28,10 @@ mod locate;
 mod order;
 
 mod range;
+
+mod relocate;
+
+mod repair;
 
 mod tets;
 
@@ -33,6 +43,7 @@ pub use adjacency::Adjacency;
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
 pub use order::hilbert_order;
+pub use relocate::Relocation;
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]
@@ -41,6 +52,7 @@ pub struct Delaunay {
     scale: f64,
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
+    motion: relocate::Motion,
 }
 
 impl Delaunay {
@@ -62,7 +74,7 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors })
+        Ok(Delaunay { points, scale, vertices, neighbors, motion: relocate::Motion::default() })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

@@ -1,0 +1,236 @@
+//! Mends a triangulation whose vertices have moved: hold back, flip, bring home.
+
+use super::flip::Mesh;
+use super::relocate::Relocation;
+use crate::geometry::predicates::Sign;
+
+/// How often held vertices are tried before the repair is given up.
+const ROUNDS: usize = 40;
+
+/// Smallest share of the way home that is tried.
+const LEAST_STEP: f64 = 1.0 / 64.0;
+
+/// The repair could not be finished; the triangulation is in between.
+pub struct GivenUp;
+
+/// Lists of a repair, used again by the next.
+#[derive(Clone, Default)]
+pub struct Lists {
+    /// Tets whose facets are to be tested.
+    queue: Vec<u32>,
+    /// Whether a tet is in the queue.
+    queued: Vec<bool>,
+    /// Tets with a facet that is not Delaunay and could not be flipped.
+    stuck: Vec<u32>,
+    /// Vertices held back, and where each is to go.
+    held: Vec<(u32, glam::DVec3)>,
+    star: Vec<u32>,
+    ids: Vec<u32>,
+}
+
+impl Lists {
+    /// Makes ready for the next repair of `tets` tets.
+    pub fn clear(&mut self, tets: usize) {
+        self.queue.clear();
+        self.queued.clear();
+        self.queued.resize(tets, false);
+        self.stuck.clear();
+        self.held.clear();
+    }
+
+    /// Queues a tet.
+    pub fn push(&mut self, t: u32) {
+        if self.queued.len() <= t as usize {
+            self.queued.resize(t as usize + 1, false);
+        }
+        if !std::mem::replace(&mut self.queued[t as usize], true) {
+            self.queue.push(t);
+        }
+    }
+}
+
+impl Mesh {
+    /// Puts vertices back to where they were, until all tets are positive: for each tet that is not, that one of its
+    /// vertices that moved farthest, unless another has been put back already.
+    pub fn hold_back(
+        &mut self,
+        reversed: &[u32],
+        old: &[glam::DVec3],
+        lists: &mut Lists,
+        report: &mut Relocation,
+    ) -> Result<(), GivenUp> {
+        let mut bad = reversed.to_vec();
+        let mut next = Vec::new();
+        while !bad.is_empty() {
+            let first = lists.held.len();
+            for &t in &bad {
+                let tet = self.vertices[t as usize];
+                let away = |v: u32| match self.points.get(v as usize) {
+                    Some(p) if *p != old[v as usize] => p.distance_squared(old[v as usize]),
+                    _ => -1.0,
+                };
+                if lists.held[first..].iter().any(|h| tet.contains(&h.0)) {
+                    continue;
+                }
+                let Some(v) = tet.into_iter().max_by(|&v, &w| away(v).total_cmp(&away(w)).then(w.cmp(&v))) else {
+                    return Err(GivenUp);
+                };
+                if away(v) < 0.0 {
+                    // All its vertices are where they were, and still it is not positive: the hull has moved too far.
+                    return Err(GivenUp);
+                }
+                lists.held.push((v, self.at(v)));
+                self.points[v as usize] = old[v as usize];
+            }
+            next.clear();
+            let mut star = std::mem::take(&mut lists.star);
+            for n in first..lists.held.len() {
+                self.star(lists.held[n].0, &mut star);
+                next.extend(star.iter().filter(|&&t| self.orientation(self.vertices[t as usize]) != Sign::Positive));
+                star.iter().for_each(|&t| lists.push(t));
+                report.predicates += star.len();
+            }
+            lists.star = star;
+            // Tets that were passed over because another was held are in the star of that one.
+            next.sort_unstable();
+            next.dedup();
+            std::mem::swap(&mut bad, &mut next);
+        }
+        report.held_back = lists.held.len();
+        Ok(())
+    }
+
+    /// Flips until all that is queued, and all that comes of it, is Delaunay. Facets that could not be flipped are left in
+    /// `lists.stuck`.
+    pub fn flip_all(&mut self, lists: &mut Lists, report: &mut Relocation) {
+        loop {
+            let before = report.flips;
+            while let Some(t) = lists.queue.pop() {
+                lists.queued[t as usize] = false;
+                self.mend(t, lists, report);
+            }
+            if report.flips == before || lists.stuck.is_empty() {
+                return;
+            }
+            // What could not be flipped may be flippable now.
+            for t in std::mem::take(&mut lists.stuck) {
+                lists.push(t);
+            }
+        }
+    }
+
+    /// Tests the facets of a tet and flips one that is not Delaunay.
+    fn mend(&mut self, t: u32, lists: &mut Lists, report: &mut Relocation) {
+        if self.is_dead(t) {
+            return;
+        }
+        let mut stuck = false;
+        for i in 0..4 {
+            report.predicates += 1;
+            if !self.violates(t, i) {
+                continue;
+            }
+            if self.flip(t, i, &mut lists.ids) {
+                report.flips += 1;
+                let ids = std::mem::take(&mut lists.ids);
+                ids.iter().for_each(|&t| lists.push(t));
+                lists.ids = ids;
+                return;
+            }
+            stuck = true;
+        }
+        if stuck {
+            lists.stuck.push(t);
+        }
+    }
+
+    /// Replaces facet `i` of tet `t` by a flip, if there is one of which all tets are positive.
+    fn flip(&mut self, t: u32, i: usize, ids: &mut Vec<u32>) -> bool {
+        let tet = self.vertices[t as usize];
+        let across = self.neighbors[t as usize][i];
+        let n = across.tet();
+        let (p, q) = (tet[i], self.opposite[t as usize][i]);
+        // Edge m of the facet is that opposite slot others[m].
+        let others = super::facet::OTHERS[i][0];
+        let others = [others.0, others.1, others.2];
+        let v = others.map(|s| tet[s]);
+        // (p, v0, v1, v2) is positive; q in place of v[m].
+        let fan = |m: usize| [p, v[(m + 1) % 3], v[(m + 2) % 3], q];
+        let signs = [0, 1, 2].map(|m| self.orientation(fan(m)));
+        let mut beyond = (0..3).filter(|&m| signs[m] != Sign::Positive);
+        let Some(m) = beyond.next() else {
+            self.replace(&[t, n], &[fan(0), fan(1), fan(2)], ids);
+            return true;
+        };
+        if beyond.next().is_some() {
+            return false;
+        }
+        // The edge (a, b), opposite c in the facet, is in the way.
+        let [a, b, c] = [v[(m + 1) % 3], v[(m + 2) % 3], v[m]];
+        let third = self.neighbors[t as usize][others[m]];
+        let slot = self.vertices[n as usize].iter().position(|&w| w == c).expect("both sides share the facet");
+        let fourth = self.neighbors[n as usize][slot];
+        let kept = [fan((m + 1) % 3), fan((m + 2) % 3)];
+        if third.tet() == fourth.tet() {
+            // Three tets around the edge, which goes.
+            self.replace(&[t, n, third.tet()], &kept, ids);
+            return true;
+        }
+        let r = self.opposite[t as usize][others[m]];
+        if signs[m] != Sign::Zero || r != self.opposite[n as usize][slot] {
+            return false;
+        }
+        // Four tets around the edge, two and two in a plane: the edge turns in that plane.
+        let (third, fourth) = (third.tet(), fourth.tet());
+        if !self.neighbors[third as usize].iter().any(|f| f.tet() == fourth) {
+            return false;
+        }
+        let turned = [[p, a, r, q], [p, r, b, q]];
+        if turned.iter().any(|&t| self.orientation(t) != Sign::Positive) {
+            return false;
+        }
+        self.replace(&[t, n, third, fourth], &[kept[0], kept[1], turned[0], turned[1]], ids);
+        true
+    }
+
+    /// Brings the vertices held back to their places, as far as their tets stay positive at a time.
+    pub fn bring_home(&mut self, lists: &mut Lists, report: &mut Relocation) -> Result<(), GivenUp> {
+        for _ in 0..ROUNDS {
+            let held = std::mem::take(&mut lists.held);
+            if held.is_empty() {
+                return Ok(());
+            }
+            for (v, goal) in held {
+                let mut star = std::mem::take(&mut lists.star);
+                self.star(v, &mut star);
+                let start = self.at(v);
+                let mut share = 1.0;
+                loop {
+                    let to = if share == 1.0 { goal } else { (start + (goal - start) * share).map(super::range::flush) };
+                    self.points[v as usize] = to;
+                    report.predicates += star.len();
+                    if star.iter().all(|&t| self.orientation(self.vertices[t as usize]) == Sign::Positive) {
+                        star.iter().for_each(|&t| lists.push(t));
+                        break;
+                    }
+                    self.points[v as usize] = start;
+                    share *= 0.5;
+                    if share < LEAST_STEP {
+                        break;
+                    }
+                }
+                lists.star = star;
+                if self.at(v) != goal {
+                    lists.held.push((v, goal));
+                }
+                self.flip_all(lists, report);
+            }
+        }
+        if lists.held.is_empty() { Ok(()) } else { Err(GivenUp) }
+    }
+
+    /// Whether some facet is left that is not Delaunay.
+    pub fn is_stuck(&self, lists: &Lists) -> bool {
+        lists.stuck.iter().any(|&t| !self.is_dead(t) && (0..4).any(|i| self.violates(t, i)))
+    }
+}
