@@ -11,10 +11,13 @@ use super::{Delaunay, DelaunayError, Facet};
 use crate::geometry::predicates::Sign;
 
 /// If more than one in so many tets is reversed, building anew is faster.
-const REVERSED: usize = 150;
+const REVERSED: usize = 400;
+
+/// So many reversed tets are mended in any case.
+const FEW: usize = 16;
 
 /// If more than one in so many tets is suspect, building anew is faster.
-const SUSPECTS: usize = 8;
+const SUSPECTS: usize = 4;
 
 /// Tets are brought into order when one in so many has been made anew.
 const DISORDER: usize = 4;
@@ -125,7 +128,7 @@ impl Mesh {
             suspects.iter().copied().filter(|&t| self.vertices[t as usize][3] == INFINITE).collect();
         report.tets = count;
         report.suspects = suspects.len() - infinite.len();
-        if report.suspects * SUSPECTS > count {
+        if report.suspects > 4 * FEW + count / SUSPECTS {
             return Err(GivenUp);
         }
         let mean = self.points.iter().fold(DVec3::ZERO, |sum, &p| sum + p) / self.points.len() as f64;
@@ -137,7 +140,7 @@ impl Mesh {
             .collect();
         report.reversed = reversed.len();
         report.predicates += suspects.len();
-        if reversed.len() * REVERSED > count {
+        if reversed.len() > FEW + count / REVERSED {
             return Err(GivenUp);
         }
         lists.clear(count);

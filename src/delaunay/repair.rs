@@ -1,14 +1,19 @@
 //! Mends a triangulation whose vertices have moved: hold back, flip, bring home.
 
+use glam::DVec3;
+
+use super::facet::INFINITE;
 use super::flip::Mesh;
 use super::relocate::Relocation;
 use crate::geometry::predicates::Sign;
+use crate::geometry::tetrahedron::volume6;
 
 /// How often held vertices are tried before the repair is given up.
 const ROUNDS: usize = 40;
 
-/// Smallest share of the way home that is tried.
-const LEAST_STEP: f64 = 1.0 / 64.0;
+/// Share of the way to where the first tet would be flat that a vertex goes at once: so nearly flat a tet is
+/// hardly ever Delaunay, and flips remove it.
+const NEARLY: f64 = 0.98;
 
 /// The repair could not be finished; the triangulation is in between.
 pub struct GivenUp;
@@ -23,7 +28,7 @@ pub struct Lists {
     /// Tets with a facet that is not Delaunay and could not be flipped.
     stuck: Vec<u32>,
     /// Vertices held back, and where each is to go.
-    held: Vec<(u32, glam::DVec3)>,
+    held: Vec<(u32, DVec3)>,
     star: Vec<u32>,
     ids: Vec<u32>,
 }
@@ -55,7 +60,7 @@ impl Mesh {
     pub fn hold_back(
         &mut self,
         reversed: &[u32],
-        old: &[glam::DVec3],
+        old: &[DVec3],
         lists: &mut Lists,
         report: &mut Relocation,
     ) -> Result<(), GivenUp> {
@@ -203,22 +208,8 @@ impl Mesh {
             for (v, goal) in held {
                 let mut star = std::mem::take(&mut lists.star);
                 self.star(v, &mut star);
-                let start = self.at(v);
-                let mut share = 1.0;
-                loop {
-                    let to = if share == 1.0 { goal } else { (start + (goal - start) * share).map(super::range::flush) };
-                    self.points[v as usize] = to;
-                    report.predicates += star.len();
-                    if star.iter().all(|&t| self.orientation(self.vertices[t as usize]) == Sign::Positive) {
-                        star.iter().for_each(|&t| lists.push(t));
-                        break;
-                    }
-                    self.points[v as usize] = start;
-                    share *= 0.5;
-                    if share < LEAST_STEP {
-                        break;
-                    }
-                }
+                report.predicates += self.advance(v, goal, &star);
+                star.iter().for_each(|&t| lists.push(t));
                 lists.star = star;
                 if self.at(v) != goal {
                     lists.held.push((v, goal));
@@ -227,6 +218,38 @@ impl Mesh {
             }
         }
         if lists.held.is_empty() { Ok(()) } else { Err(GivenUp) }
+    }
+
+    /// Moves a vertex towards its goal, as far as its star stays positive or nearly so far. Returns how many tets were
+    /// tested.
+    fn advance(&mut self, v: u32, goal: DVec3, star: &[u32]) -> usize {
+        let start = self.at(v);
+        // Volumes are linear along the way: the first to vanish ends it.
+        let volume = |mesh: &Mesh, t: u32| {
+            let tet = mesh.vertices[t as usize];
+            let [a, b, c, d] = tet.map(|w| if w == INFINITE { mesh.inside } else { mesh.at(w) });
+            let volume = volume6(a, b, c, d);
+            if tet[3] == INFINITE { -volume } else { volume }
+        };
+        let before: Vec<f64> = star.iter().map(|&t| volume(self, t)).collect();
+        self.points[v as usize] = goal;
+        let end = star.iter().zip(before).fold(f64::INFINITY, |end, (&t, before)| {
+            let after = volume(self, t);
+            if after > 0.0 { end } else { end.min(before / (before - after)) }
+        });
+        let mut tested = 0;
+        for share in [1.0, NEARLY * end, 0.5 * end, 0.125 * end, 0.015625 * end] {
+            if share.is_finite() && (share == 1.0 || share < 1.0) {
+                let way = (start + (goal - start) * share).map(super::range::flush);
+                self.points[v as usize] = if share == 1.0 { goal } else { way };
+                tested += star.len();
+                if star.iter().all(|&t| self.orientation(self.vertices[t as usize]) == Sign::Positive) {
+                    return tested;
+                }
+            }
+        }
+        self.points[v as usize] = start;
+        tested
     }
 
     /// Whether some facet is left that is not Delaunay.

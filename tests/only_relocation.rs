@@ -1,0 +1,4 @@
+//! Only relocation.
+#![allow(dead_code)]
+mod support;
+mod relocation;
