@@ -1,4 +1,0 @@
-//! Only relocation.
-#![allow(dead_code)]
-mod support;
-mod relocation;
