@@ -82,7 +82,7 @@ fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
         let of = |f: &dyn Fn(&(f64, f64, f64, Relocation)) -> f64| median(part.iter().map(f).collect());
         let mean = |f: &dyn Fn(&Relocation) -> f64| part.iter().map(|l| f(&l.3)).sum::<f64>() / part.len() as f64;
         let (moved, built) = (of(&|l| l.0), of(&|l| l.1));
-        let phase = |n: usize| mean(&|r| r.nanoseconds[n].saturating_sub(if n == 0 { 0 } else { r.nanoseconds[n - 1] }) as f64 * 1e-6);
+        let phase = |n: usize| of(&|l| l.3.nanoseconds[n].saturating_sub(if n == 0 { 0 } else { l.3.nanoseconds[n - 1] }) as f64 * 1e-6);
         println!(
             "| {range:?} | {:.4} | {moved:.2} | {built:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.1} | {:.1} | {:.0} | {} |",
             of(&|l| l.2), built / moved, phase(0), phase(1), phase(2), phase(3),

@@ -38,16 +38,15 @@ pub struct Corner([f64; 3]);
 pub fn corners(points: &[DVec3], corners: &mut Vec<Corner>) {
     corners.clear();
     corners.extend(points.iter().map(|p| Corner(p.to_array())));
-    corners.push(Corner([FAR, 0.0, 0.0]));
+    // To a power of two, so that the infinite vertex, all bits set, becomes the last of them by a mask.
+    corners.resize((points.len() + 1).next_power_of_two(), Corner([FAR, 0.0, 0.0]));
 }
 
 /// The tets, ascending, of which it is not certain that they are positive and their facets Delaunay: all
 /// infinite ones, and few others.
 pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]) -> Vec<u32> {
     let chunk = |(n, (vertices, opposite)): (usize, (&[[u32; 4]], &[[u32; 4]]))| {
-        let mut found = Vec::new();
-        scan(corners, vertices, opposite, (n * CHUNK) as u32, &mut found);
-        found
+        pulp::Arch::new().dispatch(Scan { corners, vertices, opposite, first: (n * CHUNK) as u32 })
     };
     if rayon::current_num_threads() == 1 || vertices.len() <= CHUNK {
         return vertices.chunks(CHUNK).zip(opposite.chunks(CHUNK)).enumerate().flat_map(chunk).collect();
@@ -57,41 +56,65 @@ pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]
     parts.concat()
 }
 
-/// Tests tets in a row, the first of which has the number `first`.
-fn scan(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]], first: u32, found: &mut Vec<u32>) {
-    let (blocks, rest) = vertices.as_chunks::<LANES>();
-    let (opposite_blocks, opposite_rest) = opposite.as_chunks::<LANES>();
-    let mut number = first;
-    let mut note = |passed: &[bool; LANES], number: u32, count: usize| {
-        if *passed != [true; LANES] {
-            found.extend((0..count).filter(|&l| !passed[l]).map(|l| number + l as u32));
+/// Tests of tets in a row. It is compiled for each width of vectors, and the widest that the processor has is chosen as the
+/// program runs; the operations are the same in each, and so are the answers.
+struct Scan<'a> {
+    corners: &'a [Corner],
+    vertices: &'a [[u32; 4]],
+    opposite: &'a [[u32; 4]],
+    /// Number of the first tet.
+    first: u32,
+}
+
+impl pulp::WithSimd for Scan<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<u32> {
+        let Scan { corners, vertices, opposite, first } = self;
+        let mut found = Vec::new();
+        let (blocks, rest) = vertices.as_chunks::<LANES>();
+        let (opposite_blocks, opposite_rest) = opposite.as_chunks::<LANES>();
+        let mut number = first;
+        for (vertices, opposite) in blocks.iter().zip(opposite_blocks) {
+            let passed = test(corners, vertices, opposite);
+            if passed != [1.0; LANES] {
+                note(&passed, number, &mut found);
+            }
+            number += LANES as u32;
         }
-    };
-    for (vertices, opposite) in blocks.iter().zip(opposite_blocks) {
-        note(&test(corners, vertices, opposite), number, LANES);
-        number += LANES as u32;
+        if !rest.is_empty() {
+            let mut last = ([[0; 4]; LANES], [[0; 4]; LANES]);
+            last.0[..rest.len()].copy_from_slice(rest);
+            last.1[..rest.len()].copy_from_slice(opposite_rest);
+            note(&test(corners, &last.0, &last.1)[..rest.len()], number, &mut found);
+        }
+        found
     }
-    if !rest.is_empty() {
-        let mut last = ([[0; 4]; LANES], [[0; 4]; LANES]);
-        last.0[..rest.len()].copy_from_slice(rest);
-        last.1[..rest.len()].copy_from_slice(opposite_rest);
-        note(&test(corners, &last.0, &last.1), number, rest.len());
-    }
+}
+
+/// Notes the tets that did not pass.
+#[inline(never)]
+fn note(passed: &[f64], first: u32, found: &mut Vec<u32>) {
+    found.extend((first..).zip(passed).filter(|(_, passed)| **passed != 1.0).map(|(t, _)| t));
 }
 
 /// One coordinate of one corner of each tet.
 type Lanes = [f64; LANES];
 
-/// Whether each tet and its facets are certainly as they should be.
+/// For each tet, 1 if it and its facets are certainly as they should be, else 0.
 #[inline(always)]
-fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> [bool; LANES] {
+fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
     const U: f64 = f64::EPSILON / 2.0;
-    let last = corners.len() - 1;
+    let mask = corners.len().wrapping_sub(1);
+    if corners.is_empty() {
+        return [0.0; LANES];
+    }
     let mut at = [[[0.0; LANES]; 3]; 8];
     for l in 0..LANES {
         for k in 0..4 {
-            let Corner(p) = corners[(vertices[l][k] as usize).min(last)];
-            let Corner(q) = corners[(opposite[l][k] as usize).min(last)];
+            let Corner(p) = corners[vertices[l][k] as usize & mask];
+            let Corner(q) = corners[opposite[l][k] as usize & mask];
             for axis in 0..3 {
                 at[k][axis][l] = p[axis];
                 at[4 + k][axis][l] = q[axis];
@@ -99,14 +122,16 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
         }
     }
     let [origin, others @ ..]: &[[Lanes; 3]; 8] = &at;
-    let mut passed = [false; LANES];
+    let mut passed = [0.0; LANES];
     for l in 0..LANES {
-        let from = |p: &[Lanes; 3]| DVec3::new(p[0][l] - origin[0][l], p[1][l] - origin[1][l], p[2][l] - origin[2][l]);
-        let (u, v, w) = (from(&others[0]), from(&others[1]), from(&others[2]));
-        let (vw, wu, uv) = (v.cross(w), w.cross(u), u.cross(v));
-        let (uu, vv, ww) = (u.length_squared(), v.length_squared(), w.length_squared());
-        let d = u.dot(vw);
-        let a = vw * uu + wu * vv + uv * ww;
+        let o = [origin[0][l], origin[1][l], origin[2][l]];
+        let (u, v, w) = (from(o, &others[0], l), from(o, &others[1], l), from(o, &others[2], l));
+        let (vw, wu, uv) = (cross(v, w), cross(w, u), cross(u, v));
+        let (uu, vv, ww) = (dot(u, u), dot(v, v), dot(w, w));
+        let d = dot(u, vw);
+        let ax = vw[0] * uu + wu[0] * vv + uv[0] * ww;
+        let ay = vw[1] * uu + wu[1] * vv + uv[1] * ww;
+        let az = vw[2] * uu + wu[2] * vv + uv[2] * ww;
         let m = if uu > vv { uu } else { vv };
         let m = if m > ww { m } else { ww };
         let m3 = m * m.sqrt();
@@ -114,10 +139,25 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
         let k = 32.0 * U * m3 * m;
         let mut good = (sure > 0.0) & (m > TINY);
         for q in &others[3..] {
-            let q = from(q);
-            good &= sure * q.length_squared() - a.dot(q) > k;
+            let q = from(o, q, l);
+            good &= sure * dot(q, q) - dot([ax, ay, az], q) > k;
         }
-        passed[l] = good;
+        passed[l] = if good { 1.0 } else { 0.0 };
     }
     passed
+}
+
+#[inline(always)]
+fn from(o: [f64; 3], p: &[Lanes; 3], l: usize) -> [f64; 3] {
+    [p[0][l] - o[0], p[1][l] - o[1], p[2][l] - o[2]]
+}
+
+#[inline(always)]
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
