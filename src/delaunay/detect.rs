@@ -32,14 +32,14 @@ const TINY: f64 = 1e-50;
 /// A position, aligned so that it is never split between cache lines.
 #[derive(Clone, Copy, Default)]
 #[repr(align(32))]
-pub struct Corner([f64; 3]);
+pub struct Corner([f64; 4]);
 
 /// Copies positions to where [`suspects`] wants them: the infinite vertex comes last.
 pub fn corners(points: &[DVec3], corners: &mut Vec<Corner>) {
     corners.clear();
-    corners.extend(points.iter().map(|p| Corner(p.to_array())));
+    corners.extend(points.iter().map(|p| Corner([p.x, p.y, p.z, 0.0])));
     // To a power of two, so that the infinite vertex, all bits set, becomes the last of them by a mask.
-    corners.resize((points.len() + 1).next_power_of_two(), Corner([FAR, 0.0, 0.0]));
+    corners.resize((points.len() + 1).next_power_of_two(), Corner([FAR, 0.0, 0.0, 0.0]));
 }
 
 /// The tets, ascending, of which it is not certain that they are positive and their facets Delaunay: all
@@ -110,22 +110,18 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
     if corners.is_empty() {
         return [0.0; LANES];
     }
-    let mut at = [[[0.0; LANES]; 3]; 8];
+    let mut at = [[Corner([0.0; 4]); LANES]; 8];
     for l in 0..LANES {
         for k in 0..4 {
-            let Corner(p) = corners[vertices[l][k] as usize & mask];
-            let Corner(q) = corners[opposite[l][k] as usize & mask];
-            for axis in 0..3 {
-                at[k][axis][l] = p[axis];
-                at[4 + k][axis][l] = q[axis];
-            }
+            at[k][l] = corners[vertices[l][k] as usize & mask];
+            at[4 + k][l] = corners[opposite[l][k] as usize & mask];
         }
     }
-    let [origin, others @ ..]: &[[Lanes; 3]; 8] = &at;
+    let [origin, others @ ..]: &[[Corner; LANES]; 8] = &at;
     let mut passed = [0.0; LANES];
     for l in 0..LANES {
-        let o = [origin[0][l], origin[1][l], origin[2][l]];
-        let (u, v, w) = (from(o, &others[0], l), from(o, &others[1], l), from(o, &others[2], l));
+        let o = &origin[l];
+        let (u, v, w) = (from(o, &others[0][l]), from(o, &others[1][l]), from(o, &others[2][l]));
         let (vw, wu, uv) = (cross(v, w), cross(w, u), cross(u, v));
         let (uu, vv, ww) = (dot(u, u), dot(v, v), dot(w, w));
         let d = dot(u, vw);
@@ -139,7 +135,7 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
         let k = 32.0 * U * m3 * m;
         let mut good = (sure > 0.0) & (m > TINY);
         for q in &others[3..] {
-            let q = from(o, q, l);
+            let q = from(o, &q[l]);
             good &= sure * dot(q, q) - dot([ax, ay, az], q) > k;
         }
         passed[l] = if good { 1.0 } else { 0.0 };
@@ -148,8 +144,8 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
 }
 
 #[inline(always)]
-fn from(o: [f64; 3], p: &[Lanes; 3], l: usize) -> [f64; 3] {
-    [p[0][l] - o[0], p[1][l] - o[1], p[2][l] - o[2]]
+fn from(Corner(o): &Corner, Corner(p): &Corner) -> [f64; 3] {
+    [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
 }
 
 #[inline(always)]
