@@ -76,17 +76,28 @@ fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
         assert_eq!(delaunay.tets().count(), built.tets().count());
     }
     println!("{name}: {} points", points.len());
-    println!("| iterations | step / h | relocate ms | build ms | ratio | filter | hold | flip | home | suspects | reversed | held | flips | rebuilt |");
+    println!(
+        "| iterations | step / h | relocate ms | build ms | ratio | filter | hold | flip | home | order | suspects | reversed | held | flips | rebuilt |"
+    );
     for range in [0..1, 1..2, 2..5, 5..20, 20..100, 100..500, 500..2000] {
         let Some(part) = log.get(range.start..range.end.min(log.len())).filter(|p| !p.is_empty()) else { continue };
         let of = |f: &dyn Fn(&(f64, f64, f64, Relocation)) -> f64| median(part.iter().map(f).collect());
         let mean = |f: &dyn Fn(&Relocation) -> f64| part.iter().map(|l| f(&l.3)).sum::<f64>() / part.len() as f64;
         let (moved, built) = (of(&|l| l.0), of(&|l| l.1));
-        let phase = |n: usize| of(&|l| l.3.nanoseconds[n].saturating_sub(if n == 0 { 0 } else { l.3.nanoseconds[n - 1] }) as f64 * 1e-6);
+        let phase = |f: &dyn Fn(&Relocation) -> f64| of(&|l| f(&l.3) * 1e3);
         println!(
-            "| {range:?} | {:.4} | {moved:.2} | {built:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.1} | {:.1} | {:.0} | {} |",
-            of(&|l| l.2), built / moved, phase(0), phase(1), phase(2), phase(3),
-            mean(&|r| r.suspects as f64), mean(&|r| r.reversed as f64), mean(&|r| r.held_back as f64), mean(&|r| r.flips as f64),
+            "| {range:?} | {:.4} | {moved:.2} | {built:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.1} | {:.1} | {:.0} | {} |",
+            of(&|l| l.2),
+            built / moved,
+            phase(&|r| r.seconds.filter),
+            phase(&|r| r.seconds.hold),
+            phase(&|r| r.seconds.flip),
+            phase(&|r| r.seconds.home),
+            phase(&|r| r.seconds.order),
+            mean(&|r| r.suspects as f64),
+            mean(&|r| r.reversed as f64),
+            mean(&|r| r.held_back as f64),
+            mean(&|r| r.flips as f64),
             part.iter().filter(|l| l.3.rebuilt).count()
         );
     }

@@ -43,7 +43,7 @@ pub use adjacency::Adjacency;
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
 pub use order::hilbert_order;
-pub use relocate::Relocation;
+pub use relocate::{Phases, Relocation};
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]
