@@ -11,8 +11,10 @@ use crate::geometry::tetrahedron::volume6;
 /// How often held vertices are tried before the repair is given up.
 const ROUNDS: usize = 40;
 
-/// Share of the way to where the first tet would be flat that a vertex goes at once: so nearly flat a tet is
-/// hardly ever Delaunay, and flips remove it.
+/// How often one of them is moved and a tet in its way flipped, before all is made Delaunay again.
+const PASSES: usize = 6;
+
+/// Share of the way to where the first tet would be flat that a vertex goes at once.
 const NEARLY: f64 = 0.98;
 
 /// The repair could not be finished; the triangulation is in between.
@@ -206,11 +208,7 @@ impl Mesh {
                 return Ok(());
             }
             for (v, goal) in held {
-                let mut star = std::mem::take(&mut lists.star);
-                self.star(v, &mut star);
-                report.predicates += self.advance(v, goal, &star);
-                star.iter().for_each(|&t| lists.push(t));
-                lists.star = star;
+                self.bring_nearer(v, goal, lists, report);
                 if self.at(v) != goal {
                     lists.held.push((v, goal));
                 }
@@ -220,9 +218,35 @@ impl Mesh {
         if lists.held.is_empty() { Ok(()) } else { Err(GivenUp) }
     }
 
+    /// Moves a vertex towards its goal; where a tet would turn around, to just before that, and flips that tet away.
+    ///
+    /// Nearly flat tets are seldom Delaunay, and then flips remove them in any case; but a tet on the hull may stay
+    /// Delaunay until it is flat, as may one whose corners are about to lie on a circle.
+    fn bring_nearer(&mut self, v: u32, goal: DVec3, lists: &mut Lists, report: &mut Relocation) {
+        let mut star = std::mem::take(&mut lists.star);
+        for _ in 0..PASSES {
+            self.star(v, &mut star);
+            let (tested, end) = self.advance(v, goal, &star);
+            report.predicates += tested;
+            star.iter().for_each(|&t| lists.push(t));
+            let Some(t) = end else { break };
+            let opposite = self.opposite[t as usize];
+            let hull_first =
+                (0..4).filter(|&i| opposite[i] == INFINITE).chain((0..4).filter(|&i| opposite[i] != INFINITE));
+            if !hull_first.into_iter().any(|i| self.flip(t, i, &mut lists.ids)) {
+                break;
+            }
+            report.flips += 1;
+            let ids = std::mem::take(&mut lists.ids);
+            ids.iter().for_each(|&t| lists.push(t));
+            lists.ids = ids;
+        }
+        lists.star = star;
+    }
+
     /// Moves a vertex towards its goal, as far as its star stays positive or nearly so far. Returns how many tets were
-    /// tested.
-    fn advance(&mut self, v: u32, goal: DVec3, star: &[u32]) -> usize {
+    /// tested, and the tet that would be the first to turn around.
+    fn advance(&mut self, v: u32, goal: DVec3, star: &[u32]) -> (usize, Option<u32>) {
         let start = self.at(v);
         // Volumes are linear along the way: the first to vanish ends it.
         let volume = |mesh: &Mesh, t: u32| {
@@ -233,23 +257,28 @@ impl Mesh {
         };
         let before: Vec<f64> = star.iter().map(|&t| volume(self, t)).collect();
         self.points[v as usize] = goal;
-        let end = star.iter().zip(before).fold(f64::INFINITY, |end, (&t, before)| {
+        let (mut end, mut blocking) = (f64::INFINITY, None);
+        for (&t, before) in star.iter().zip(before) {
             let after = volume(self, t);
-            if after > 0.0 { end } else { end.min(before / (before - after)) }
-        });
+            let share = before / (before - after);
+            if after <= 0.0 && share < end {
+                (end, blocking) = (share, Some(t));
+            }
+        }
         let mut tested = 0;
         for share in [1.0, NEARLY * end, 0.5 * end, 0.125 * end, 0.015625 * end] {
-            if share.is_finite() && (share == 1.0 || share < 1.0) {
-                let way = (start + (goal - start) * share).map(super::range::flush);
-                self.points[v as usize] = if share == 1.0 { goal } else { way };
-                tested += star.len();
-                if star.iter().all(|&t| self.orientation(self.vertices[t as usize]) == Sign::Positive) {
-                    return tested;
-                }
+            if !(share > 0.0 && share <= 1.0) {
+                continue;
+            }
+            let way = (start + (goal - start) * share).map(super::range::flush);
+            self.points[v as usize] = if share == 1.0 { goal } else { way };
+            tested += star.len();
+            if star.iter().all(|&t| self.orientation(self.vertices[t as usize]) == Sign::Positive) {
+                return (tested, if share == 1.0 { None } else { blocking });
             }
         }
         self.points[v as usize] = start;
-        tested
+        (tested, blocking)
     }
 
     /// Whether some facet is left that is not Delaunay.
