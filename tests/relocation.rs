@@ -175,7 +175,7 @@ fn small_motions_are_mended_hull_and_all() {
         let mut mended = 0;
         for step in 0..12 {
             let mut rng = Rng(step);
-            let size = h * [1e-6, 1e-3, 0.01][step as usize % 3];
+            let size = h * [1e-6, 1e-3, 5e-3][step as usize % 3];
             let to: Vec<DVec3> = delaunay.points().iter().map(|&p| p + rng.point() * size).collect();
             let what = format!("{kind}, step {step}");
             let report = follow(&mut delaunay, &to, &what).expect("these points have tets");

@@ -45,14 +45,21 @@ pub fn corners(points: &[DVec3], corners: &mut Vec<Corner>) {
 /// The tets, ascending, of which it is not certain that they are positive and their facets Delaunay: all
 /// infinite ones, and few others.
 pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]) -> Vec<u32> {
-    let chunk = |(n, (vertices, opposite)): (usize, (&[[u32; 4]], &[[u32; 4]]))| {
-        pulp::Arch::new().dispatch(Scan { corners, vertices, opposite, first: (n * CHUNK) as u32 })
+    let chunks = vertices.len().div_ceil(CHUNK);
+    let chunk = |n: usize| {
+        let range = n * CHUNK..vertices.len().min((n + 1) * CHUNK);
+        let first = range.start as u32;
+        pulp::Arch::new().dispatch(Scan {
+            corners,
+            vertices: &vertices[range.clone()],
+            opposite: &opposite[range],
+            first,
+        })
     };
-    if rayon::current_num_threads() == 1 || vertices.len() <= CHUNK {
-        return vertices.chunks(CHUNK).zip(opposite.chunks(CHUNK)).enumerate().flat_map(chunk).collect();
+    if rayon::current_num_threads() == 1 || chunks == 1 {
+        return (0..chunks).flat_map(chunk).collect();
     }
-    let parts: Vec<Vec<u32>> =
-        vertices.par_chunks(CHUNK).zip(opposite.par_chunks(CHUNK)).enumerate().map(chunk).collect();
+    let parts: Vec<Vec<u32>> = (0..chunks).into_par_iter().map(chunk).collect();
     parts.concat()
 }
 
@@ -99,7 +106,7 @@ fn note(passed: &[f64], first: u32, found: &mut Vec<u32>) {
     found.extend((first..).zip(passed).filter(|(_, passed)| **passed != 1.0).map(|(t, _)| t));
 }
 
-/// One coordinate of one corner of each tet.
+/// A number of each tet.
 type Lanes = [f64; LANES];
 
 /// For each tet, 1 if it and its facets are certainly as they should be, else 0.
@@ -117,6 +124,7 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
             at[4 + k][l] = corners[opposite[l][k] as usize & mask];
         }
     }
+    // From here on all is done for all tets at once, by vectors.
     let [origin, others @ ..]: &[[Corner; LANES]; 8] = &at;
     let mut passed = [0.0; LANES];
     for l in 0..LANES {

@@ -15,6 +15,9 @@ const DEAD: u32 = INFINITE;
 /// Most vertices of the tets of a flip.
 const LABELS: usize = 6;
 
+/// A tet as it was before it was written to: its number, and its vertices, neighbours and vertices across.
+type Entry = (u32, [u32; 4], [Facet; 4], [u32; 4]);
+
 /// The tets while they are repaired, with what that needs.
 #[derive(Clone, Default)]
 pub struct Mesh {
@@ -32,8 +35,8 @@ pub struct Mesh {
     pub inside: DVec3,
     /// Dead tets.
     pub free: Vec<u32>,
-    /// Tets as they were before they were written to, to be read backwards.
-    journal: Vec<(u32, [u32; 4], [Facet; 4], [u32; 4])>,
+    /// What was overwritten, to be read backwards.
+    journal: Vec<Entry>,
     /// Tets before the first flip.
     before: usize,
 }

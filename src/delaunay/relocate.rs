@@ -35,7 +35,7 @@ use super::{Delaunay, DelaunayError, Facet};
 use crate::geometry::predicates::Sign;
 
 /// If more than one in so many tets is reversed, building anew is faster.
-const REVERSED: usize = 400;
+const REVERSED: usize = 250;
 
 /// So many reversed tets are mended in any case.
 const FEW: usize = 16;
@@ -205,7 +205,7 @@ impl Mesh {
         }
         report.seconds.hold = lap();
         // 3. Flips.
-        self.flip_all(lists, report);
+        self.flip_all(lists, report)?;
         report.seconds.flip = lap();
         // 4. Home.
         self.bring_home(lists, report)?;

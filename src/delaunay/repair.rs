@@ -11,6 +11,12 @@ use crate::geometry::tetrahedron::volume6;
 /// How often held vertices are tried before the repair is given up.
 const ROUNDS: usize = 40;
 
+/// So many flips are made in any case.
+const FLIPS: usize = 1000;
+
+/// With more than one flip for so many tets, building anew is faster.
+const TETS_PER_FLIP: usize = 4;
+
 /// How often one of them is moved and a tet in its way flipped, before all is made Delaunay again.
 const PASSES: usize = 6;
 
@@ -109,15 +115,20 @@ impl Mesh {
 
     /// Flips until all that is queued, and all that comes of it, is Delaunay. Facets that could not be flipped are left in
     /// `lists.stuck`.
-    pub fn flip_all(&mut self, lists: &mut Lists, report: &mut Relocation) {
+    pub fn flip_all(&mut self, lists: &mut Lists, report: &mut Relocation) -> Result<(), GivenUp> {
+        // Flips come to an end, each lowering the lifted surface; but that may be far off.
+        let most = FLIPS + self.vertices.len() / TETS_PER_FLIP;
         loop {
             let before = report.flips;
             while let Some(t) = lists.queue.pop() {
                 lists.queued[t as usize] = false;
                 self.mend(t, lists, report);
+                if report.flips > most {
+                    return Err(GivenUp);
+                }
             }
             if report.flips == before || lists.stuck.is_empty() {
-                return;
+                return Ok(());
             }
             // What could not be flipped may be flippable now.
             for t in std::mem::take(&mut lists.stuck) {
@@ -212,7 +223,7 @@ impl Mesh {
                 if self.at(v) != goal {
                     lists.held.push((v, goal));
                 }
-                self.flip_all(lists, report);
+                self.flip_all(lists, report)?;
             }
         }
         if lists.held.is_empty() { Ok(()) } else { Err(GivenUp) }
