@@ -1,6 +1,7 @@
 //! Time to follow moving points, against building anew, alternating in one run on the same points.
 //!
-//! `cargo bench --bench relocate [-- --points N --iterations K]`. Each point moves half of the way to the mean of its neighbours.
+//! `cargo bench --bench relocate [-- --points N --iterations K]`. Points move as in Lloyd's
+//! iteration, nearly: to the mean of the tets around them by volume; those of the hull stay.
 
 use std::time::Instant;
 
@@ -32,7 +33,7 @@ fn main() {
     run("random", uniform(points, 1), iterations);
 }
 
-/// The mean of a vertex's circumcentres, weighted by volume: close to the centroid of its cell; on the hull, no motion.
+/// For each vertex the centroid of its star; on the hull, its place.
 fn targets(delaunay: &Delaunay) -> Vec<DVec3> {
     let points = delaunay.points();
     let mut sums = vec![(DVec3::ZERO, 0.0); points.len()];
@@ -59,9 +60,18 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
+/// One iteration.
+struct Entry {
+    moved_ms: f64,
+    built_ms: f64,
+    /// Median step over the spacing.
+    step: f64,
+    report: Relocation,
+}
+
 fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
     let mut delaunay = Delaunay::build(&points).expect("these points have tets");
-    let mut log: Vec<(f64, f64, f64, Relocation)> = Vec::new();
+    let mut log: Vec<Entry> = Vec::new();
     let h = (points.len() as f64).cbrt().recip();
     for _ in 0..iterations {
         let to = targets(&delaunay);
@@ -69,25 +79,26 @@ fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
         steps.sort_unstable_by(f64::total_cmp);
         let clock = Instant::now();
         let report = delaunay.relocate(&to).expect("these points have tets");
-        let moved = clock.elapsed().as_secs_f64() * 1e3;
+        let moved_ms = clock.elapsed().as_secs_f64() * 1e3;
         let clock = Instant::now();
         let built = Delaunay::build(&to).expect("these points have tets");
-        log.push((moved, clock.elapsed().as_secs_f64() * 1e3, steps[steps.len() / 2], report));
+        let built_ms = clock.elapsed().as_secs_f64() * 1e3;
+        log.push(Entry { moved_ms, built_ms, step: steps[steps.len() / 2], report });
         assert_eq!(delaunay.tets().count(), built.tets().count());
     }
     println!("{name}: {} points", points.len());
     println!(
         "| iterations | step / h | relocate ms | build ms | ratio | filter | hold | flip | home | order | suspects | reversed | held | flips | rebuilt |"
     );
-    for range in [0..1, 1..2, 2..5, 5..20, 20..100, 100..500, 500..2000] {
+    for range in [0..1, 1..2, 2..5, 5..20, 20..100, 100..500, 500..2000, 0..2000] {
         let Some(part) = log.get(range.start..range.end.min(log.len())).filter(|p| !p.is_empty()) else { continue };
-        let of = |f: &dyn Fn(&(f64, f64, f64, Relocation)) -> f64| median(part.iter().map(f).collect());
-        let mean = |f: &dyn Fn(&Relocation) -> f64| part.iter().map(|l| f(&l.3)).sum::<f64>() / part.len() as f64;
-        let (moved, built) = (of(&|l| l.0), of(&|l| l.1));
-        let phase = |f: &dyn Fn(&Relocation) -> f64| of(&|l| f(&l.3) * 1e3);
+        let of = |f: &dyn Fn(&Entry) -> f64| median(part.iter().map(f).collect());
+        let mean = |f: &dyn Fn(&Relocation) -> f64| part.iter().map(|l| f(&l.report)).sum::<f64>() / part.len() as f64;
+        let (moved, built) = (of(&|l| l.moved_ms), of(&|l| l.built_ms));
+        let phase = |f: &dyn Fn(&Relocation) -> f64| of(&|l| f(&l.report) * 1e3);
         println!(
             "| {range:?} | {:.4} | {moved:.2} | {built:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.1} | {:.1} | {:.0} | {} |",
-            of(&|l| l.2),
+            of(&|l| l.step),
             built / moved,
             phase(&|r| r.seconds.filter),
             phase(&|r| r.seconds.hold),
@@ -98,7 +109,7 @@ fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
             mean(&|r| r.reversed as f64),
             mean(&|r| r.held_back as f64),
             mean(&|r| r.flips as f64),
-            part.iter().filter(|l| l.3.rebuilt).count()
+            part.iter().filter(|l| l.report.rebuilt).count()
         );
     }
 }
