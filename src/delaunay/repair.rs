@@ -1,4 +1,16 @@
 //! Mends a triangulation whose vertices have moved: hold back, flip, bring home.
+//!
+//! All tets are positive at all times but while vertices are held back, infinite ones as seen from a point inside: so what
+//! is there is a triangulation of all of space, and each flip and each step of a vertex leads to another. An infinite tet
+//! is flipped like any other; no case of the hull is special.
+//!
+//! - **Flips.** For two tets (a, b, c, p) and (a, b, c, q) on a facet that is not Delaunay: if the segment pq passes
+//!   through the facet, 2-3. If it passes by edge ab, 3-2 where these two tets and (a, b, p, q) are all around ab. If it
+//!   meets edge ab, 4-4 where four tets are around ab, two on each side of the plane. Else the facet waits: flips next to
+//!   it may make it flippable.
+//! - **Held vertices** go to just before the first of their tets would be flat. That tet, if it is not Delaunay there, is
+//!   flipped away; and if it is, as can happen on the hull, it is flipped all the same, and what is wrong with that is mended
+//!   after the vertex has passed.
 
 use glam::DVec3;
 
@@ -37,7 +49,9 @@ pub struct Lists {
     stuck: Vec<u32>,
     /// Vertices held back, and where each is to go.
     held: Vec<(u32, DVec3)>,
+    /// Tets at a vertex.
     star: Vec<u32>,
+    /// Tets made by a flip.
     ids: Vec<u32>,
 }
 
