@@ -165,3 +165,58 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delaunay::{Delaunay, INFINITE};
+    use crate::geometry::predicates::{Sign, insphere, orient3d};
+
+    /// A grid, of which every cell is cospherical, each coordinate moved by up to `noise`.
+    fn noisy_grid(noise: f64, offset: f64) -> Vec<DVec3> {
+        let mut bits = 1u64;
+        let mut random = || {
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((bits >> 11) as f64 * 2f64.powi(-53) - 0.5) * noise
+        };
+        (0..729)
+            .map(|i| DVec3::new((i % 9) as f64, (i / 9 % 9) as f64, (i / 81) as f64) * 0.1)
+            .map(|p| p + DVec3::new(random(), random(), random()) + DVec3::splat(offset))
+            .collect()
+    }
+
+    #[test]
+    fn what_is_cleared_is_delaunay() {
+        let mut cleared = 0;
+        for offset in [0.0, 1e3] {
+            for noise in [1e-1, 1e-6, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15] {
+                let delaunay = Delaunay::build(&noisy_grid(noise, offset)).expect("a grid has tets");
+                // Other noise of the same size: many tets are turned around, many facets no longer Delaunay.
+                let points: Vec<DVec3> = noisy_grid(2.0 * noise, offset).into_iter().rev().collect();
+                let points: Vec<DVec3> = points.iter().map(|p| DVec3::splat(0.8 + 2.0 * offset) - *p).collect();
+                let apex = |t: usize, i: usize| {
+                    let f = delaunay.neighbors()[t][i];
+                    delaunay.vertices()[f.tet() as usize][f.slot()]
+                };
+                let tets = delaunay.vertices();
+                let opposite: Vec<[u32; 4]> = (0..tets.len()).map(|t| [0, 1, 2, 3].map(|i| apex(t, i))).collect();
+                let mut at = Vec::new();
+                corners(&points, &mut at);
+                let suspects = suspects(&at, tets, &opposite);
+                for (t, tet) in tets.iter().enumerate() {
+                    if suspects.binary_search(&(t as u32)).is_ok() {
+                        continue;
+                    }
+                    assert_ne!(tet[3], INFINITE, "infinite tets are always suspect");
+                    cleared += 1;
+                    let [a, b, c, d] = tet.map(|v| points[v as usize]);
+                    assert_eq!(orient3d(a, b, c, d), Sign::Positive, "{noise} {offset}");
+                    for &q in opposite[t].iter().filter(|&&q| q != INFINITE) {
+                        assert_eq!(insphere(a, b, c, d, points[q as usize]), Sign::Negative, "{noise} {offset}");
+                    }
+                }
+            }
+        }
+        assert!(cleared > 2000, "{cleared}");
+    }
+}
