@@ -20,7 +20,7 @@
 //! Departures: no filter decides what to test, as testing in vectors costs less than a filter of a number per bi-cell; tets
 //! that are turned around are mended, not cause to build anew; the hull moves like all else.
 //!
-//! Cost: about 20 ns a tet, and 1 to 2 µs a flip.
+//! Cost: about 12 ns a tet with AVX-512, and 1 to 2 µs a flip.
 
 use std::time::Instant;
 
