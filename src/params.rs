@@ -46,6 +46,8 @@ pub enum Start {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Update {
+    /// All of the triangulation is tested and the little that has changed is mended, by flips.
+    Bicell,
     /// The triangulation is built anew in every iteration.
     Rebuild,
 }
@@ -93,7 +95,7 @@ impl Default for Params {
             feature_angle: 40.0,
             start: Start::Bcc,
             optimizer: Optimizer::Lloyd,
-            update: Update::Rebuild,
+            update: Update::Bicell,
             iterations: 100,
             tolerance: 1e-6,
             threads: 0,

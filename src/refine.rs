@@ -19,6 +19,9 @@ use crate::surface::Surface;
 /// Rounds of insertion before the run gives up.
 const ROUNDS: usize = 40;
 
+/// Rounds in a row that may bring nothing before the run gives up.
+const STUCK_ROUNDS: usize = 10;
+
 /// Rounds that also mend what is only unsightly, such as an interior seed on the boundary.
 const POLISHED_ROUNDS: usize = 3;
 
@@ -78,6 +81,7 @@ pub fn until_valid(
     observer: &mut dyn Observer,
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
+    let mut best = (usize::MAX, 0);
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
@@ -94,8 +98,10 @@ pub fn until_valid(
             return Ok(labels);
         }
         let donors = donors(relaxation, &sampling, &proposals);
+        best = best.min((fatal.len(), round));
+        let hopeless = round == ROUNDS || round > best.1 + STUCK_ROUNDS;
         if let Some(first) = fatal.first()
-            && (proposals.is_empty() || round == ROUNDS || donors.is_empty())
+            && (proposals.is_empty() || hopeless || donors.is_empty())
         {
             return Err(too_few(surface, first, kinds.len(), &proposals));
         }

@@ -12,6 +12,9 @@ mod predicates;
 // The triangulation against brute force.
 mod delaunay;
 
+// Moved triangulations against rebuilt ones.
+mod relocation;
+
 // Exact shapes, and the files of `models/` made of them.
 mod shapes;
 

@@ -21,6 +21,14 @@ pub enum DelaunayError {
         /// Number of points.
         count: usize,
     },
+    /// Not as many new positions as there are points.
+    #[error("{count} new positions for {expected} points")]
+    WrongCount {
+        /// Number of new positions.
+        count: usize,
+        /// Number of points.
+        expected: usize,
+    },
     /// A coordinate that is infinite or not a number.
     #[error("point {index} is ({}, {}, {}): not finite", point[0], point[1], point[2])]
     NotFinite {

@@ -11,9 +11,15 @@ mod cavity;
 
 mod check;
 
+mod detect;
+
 mod error;
 
 mod facet;
+
+mod flip;
+
+mod hull;
 
 mod insert;
 
@@ -22,6 +28,10 @@ mod locate;
 mod order;
 
 mod range;
+
+mod relocate;
+
+mod repair;
 
 mod tets;
 
@@ -32,6 +42,7 @@ use glam::DVec3;
 pub use adjacency::Adjacency;
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
+pub use relocate::{Phases, Relocation};
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]
@@ -40,6 +51,7 @@ pub struct Delaunay {
     scale: f64,
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
+    motion: relocate::Motion,
 }
 
 impl Delaunay {
@@ -61,7 +73,7 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors })
+        Ok(Delaunay { points, scale, vertices, neighbors, motion: relocate::Motion::default() })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

@@ -17,10 +17,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::clipped_voronoi::{Cell, ClippedVoronoi, Clipper, Density};
-use crate::delaunay::{Delaunay, DelaunayError};
+use crate::delaunay::{Delaunay, DelaunayError, Relocation};
 use crate::error::Error;
 use crate::geometry::frame::snap;
-use crate::params::{Boundary, Params};
+use crate::params::{Boundary, Params, Update};
 use crate::progress::{Flow, Observer, Step};
 use crate::seeds::{Anchor, Seeds};
 use crate::surface::Surface;
@@ -102,7 +102,7 @@ impl<'a> Relaxation<'a> {
     pub fn move_to(&mut self, targets: Vec<(DVec3, Anchor)>, observer: &mut dyn Observer) -> Result<Flow, Error> {
         let energy = self.clipped.energy();
         let started = Instant::now();
-        let max_move = self.relocate(targets)?;
+        let (max_move, relocation) = self.relocate(targets)?;
         let update_s = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
@@ -122,25 +122,37 @@ impl<'a> Relaxation<'a> {
             centroids_s,
             tets: self.delaunay.tets().count(),
             bicells: 2 * self.delaunay.vertices().len(),
-            rebuilt: true,
+            bicells_failed: relocation.bicells_failed,
+            predicates: relocation.predicates,
+            flips: relocation.flips,
+            reversed: relocation.reversed,
+            held_back: relocation.held_back,
+            rebuilt: relocation.rebuilt,
             ..Step::default()
         };
         self.steps.push(step);
         Ok(observer.seeds(Some(&step), &self.seeds.positions, frame))
     }
 
-    /// Builds the triangulation of the moved seeds; a seed that would fall on another keeps its place.
-    fn relocate(&mut self, mut targets: Vec<(DVec3, Anchor)>) -> Result<f64, Error> {
+    /// Follows the moved seeds with the triangulation; a seed that would fall on another keeps its place. Returns the
+    /// longest way that a seed went.
+    fn relocate(&mut self, mut targets: Vec<(DVec3, Anchor)>) -> Result<(f64, Relocation), Error> {
         loop {
             let positions: Vec<DVec3> = targets.iter().map(|t| t.0).collect();
-            match Delaunay::build(&positions) {
-                Ok(delaunay) => {
+            let updated = match self.params.update {
+                Update::Bicell => self.delaunay.relocate(&positions),
+                Update::Rebuild => Delaunay::build(&positions).map(|built| {
+                    self.delaunay = built;
+                    Relocation { rebuilt: true, ..Relocation::default() }
+                }),
+            };
+            match updated {
+                Ok(relocation) => {
                     let moves = positions.iter().zip(&self.seeds.positions).map(|(a, b)| a.distance(*b));
                     let longest = moves.fold(0.0, f64::max);
-                    self.delaunay = delaunay;
                     self.seeds.positions = positions;
                     self.seeds.anchors = targets.into_iter().map(|t| t.1).collect();
-                    return Ok(longest);
+                    return Ok((longest, relocation));
                 }
                 Err(DelaunayError::Duplicates { first, second, .. }) => {
                     for i in [first, second] {

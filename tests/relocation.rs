@@ -1,0 +1,291 @@
+//! Moved triangulations against rebuilt ones.
+
+use glam::DVec3;
+use proptest::prelude::{ProptestConfig, proptest};
+use tetcvt::delaunay::{Delaunay, DelaunayError, Facet, Relocation};
+
+use crate::support::*;
+
+/// All tets, the infinite ones too, as a set.
+fn tets(delaunay: &Delaunay) -> Vec<[u32; 4]> {
+    let mut tets: Vec<[u32; 4]> = delaunay.vertices().to_vec();
+    tets.iter_mut().for_each(|t| t.sort_unstable());
+    tets.sort_unstable();
+    tets
+}
+
+/// Moves, and compares with a triangulation built of the same points: tets or errors alike. Returns none for an error.
+fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocation> {
+    let before = (delaunay.points().to_vec(), delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
+    match (delaunay.relocate(to), Delaunay::build(to)) {
+        (Ok(report), Ok(built)) => {
+            delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert_eq!(delaunay.points(), built.points(), "{what}");
+            assert_eq!(delaunay.scale(), built.scale(), "{what}");
+            assert!(tets(delaunay) == tets(&built), "{what}: not the tets of a new triangulation");
+            Some(report)
+        }
+        (Err(error), Err(expected)) => {
+            // Two points that are not numbers are not equal.
+            assert_eq!(format!("{error:?}"), format!("{expected:?}"), "{what}");
+            let after = (delaunay.points().to_vec(), delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
+            assert!(before == after, "{what}: changed in spite of {error}");
+            None
+        }
+        (got, expected) => panic!("{what}: {got:?} in place of {expected:?}"),
+    }
+}
+
+/// Point sets to start from.
+fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
+    let take = |mut points: Vec<DVec3>| {
+        points.truncate(count);
+        points
+    };
+    let side = (1..).find(|n| n * n * n >= count).expect("the cubes are unbounded");
+    vec![
+        ("uniform", uniform(count, seed)),
+        ("grid", take(grid(side)).iter().map(|p| *p / side as f64).collect()),
+        ("lattice", take(jittered_lattice(count, 0.0, seed))),
+        ("jittered lattice", take(jittered_lattice(count, 0.1, seed))),
+        ("layers", layers(count, 3, seed)),
+        ("clusters", clusters(count, seed)),
+        ("near duplicates", near_duplicates(count, seed)),
+    ]
+}
+
+/// Motions of every kind, of points about a spacing `h` apart.
+fn motions(points: &[DVec3], h: f64, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
+    let mut rng = Rng(seed);
+    let mut each = |f: &mut dyn FnMut(&mut Rng, usize, DVec3) -> DVec3| -> Vec<DVec3> {
+        points.iter().enumerate().map(|(i, &p)| f(&mut rng, i, p)).collect()
+    };
+    let mut mixed = points.to_vec();
+    Rng(seed).shuffle(&mut mixed);
+    let turn = glam::DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.3 + seed as f64);
+    vec![
+        ("stay", points.to_vec()),
+        ("tremble", each(&mut |r, _, p| p + r.point() * 1e-12)),
+        ("small", each(&mut |r, _, p| p + r.point() * (1e-3 * h))),
+        ("medium", each(&mut |r, _, p| p + r.point() * (0.03 * h))),
+        ("large", each(&mut |r, _, p| p + r.point() * (0.3 * h))),
+        ("one leaps", each(&mut |r, i, p| if i == 1 { r.point() } else { p })),
+        ("few leap", each(&mut |r, i, p| if i % 97 == 5 { r.point() } else { p })),
+        ("few leave", each(&mut |r, i, p| if i % 97 == 5 { r.point() * 9.0 } else { p })),
+        ("all leap", each(&mut |r, _, _| r.point())),
+        ("change places", mixed),
+        ("two change places", each(&mut |_, i, p| if i < 2 { points[1 - i] } else { p })),
+        ("shift", each(&mut |_, _, p| p + DVec3::new(0.3, 1e3, -2.0))),
+        ("turn", each(&mut |_, _, p| turn * p)),
+        ("shear", each(&mut |_, _, p| DVec3::new(p.x + 0.4 * p.y, p.y, p.z - 0.7 * p.x))),
+        ("mirror", each(&mut |_, _, p| DVec3::new(-p.x, p.y, p.z))),
+        ("flatten", each(&mut |_, _, p| DVec3::new(p.x, p.y, p.z * 1e-9))),
+        ("grow", each(&mut |_, _, p| p * 1e70)),
+        ("shrink", each(&mut |_, _, p| p * 1e-100)),
+        ("collapse", each(&mut |_, _, p| (p * 8.0).round() / 8.0)),
+        ("near a grid", each(&mut |r, _, p| (p * 64.0).round() / 64.0 + r.point() * 1e-14)),
+        ("onto planes", each(&mut |_, _, p| DVec3::new(p.x, p.y, (p.z * 16.0).round() / 16.0))),
+        ("onto a sphere", each(&mut |_, _, p| p.normalize_or(DVec3::X))),
+        ("onto a plane", each(&mut |_, _, p| DVec3::new(p.x, p.y, 0.5))),
+        ("onto a line", each(&mut |_, i, _| DVec3::X * i as f64)),
+        ("to a point", each(&mut |_, _, _| DVec3::X)),
+        ("two meet", each(&mut |_, i, p| if i == 1 { points[0] } else { p })),
+    ]
+}
+
+#[test]
+fn every_motion_of_every_set() {
+    for count in [4, 5, 6, 8, 12, 30, 100, 700] {
+        for seed in 0..if count <= 30 { 4 } else { 1 } {
+            for (kind, points) in starts(count, seed) {
+                let Ok(start) = Delaunay::build(&points) else { continue };
+                let h = (count as f64).cbrt().recip();
+                for (motion, to) in motions(&points, h, seed) {
+                    let what = format!("{count} {kind} {motion} {seed}");
+                    let mut delaunay = start.clone();
+                    follow(&mut delaunay, &to, &what);
+                    // And back.
+                    follow(&mut delaunay, &points, &format!("{what}, back"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pentagram_is_no_pentagon() {
+    // All tets about the axis stay positive, the hull stays convex across each edge, but it winds twice.
+    for turns in [1.0, 2.0] {
+        for height in [0.05, 0.5, 0.9, 1.0, 1.1, 2.0] {
+            let ring = |turns: f64| {
+                let at = move |i: i32| {
+                    let (y, x) = (turns * std::f64::consts::TAU * f64::from(i) / 5.0 + 0.1).sin_cos();
+                    DVec3::new(x, y, 1e-3 * f64::from(i))
+                };
+                let axis = [DVec3::Z * height, DVec3::Z * -height];
+                (0..5).map(at).chain(axis).collect::<Vec<DVec3>>()
+            };
+            let mut delaunay = Delaunay::build(&ring(turns)).expect("these points have tets");
+            follow(&mut delaunay, &ring(3.0 - turns), &format!("{turns} {height}"));
+        }
+    }
+}
+
+/// Each vertex goes `damping` of the way to the mean of its neighbours; those of the hull stay.
+fn smoothed(delaunay: &Delaunay, damping: f64) -> Vec<DVec3> {
+    let points = delaunay.points();
+    let adjacency = delaunay.adjacency();
+    let mut to: Vec<DVec3> = (0..points.len())
+        .map(|v| {
+            let neighbors = adjacency.of(v);
+            let mean = neighbors.iter().map(|&w| points[w as usize]).sum::<DVec3>() / neighbors.len() as f64;
+            points[v].lerp(mean, damping)
+        })
+        .collect();
+    for tet in delaunay.vertices().iter().filter(|t| t[3] == tetcvt::delaunay::INFINITE) {
+        tet[..3].iter().for_each(|&v| to[v as usize] = points[v as usize]);
+    }
+    to
+}
+
+#[test]
+fn a_relaxation_is_followed_without_building_anew() {
+    for (kind, points) in [("random", uniform(2000, 50)), ("jittered lattice", jittered_lattice(2000, 0.1, 51))] {
+        let mut delaunay = Delaunay::build(&points).expect("these points have tets");
+        for iteration in 0..200 {
+            let to = smoothed(&delaunay, 0.5);
+            let what = format!("{kind}, iteration {iteration}");
+            let report = follow(&mut delaunay, &to, &what).expect("these points have tets");
+            assert!(!report.rebuilt || iteration < 3, "{what}: {report:?}");
+        }
+    }
+}
+
+#[test]
+fn small_motions_are_mended_hull_and_all() {
+    let ball = |count| uniform(count, 60).into_iter().map(|p| p.normalize_or(DVec3::X) * p.length().cbrt());
+    for (kind, points) in [
+        ("uniform", uniform(5000, 61)),
+        ("lattice", jittered_lattice(5000, 0.05, 62)),
+        ("sphere", uniform(1000, 63).into_iter().map(|p| p.normalize_or(DVec3::X)).collect()),
+        ("ball", ball(3000).collect()),
+    ] {
+        let mut delaunay = Delaunay::build(&points).expect("these points have tets");
+        let h = (points.len() as f64).cbrt().recip();
+        let mut mended = 0;
+        for step in 0..12 {
+            let mut rng = Rng(step);
+            let size = h * [1e-6, 1e-3, 5e-3][step as usize % 3];
+            let to: Vec<DVec3> = delaunay.points().iter().map(|&p| p + rng.point() * size).collect();
+            let what = format!("{kind}, step {step}");
+            let report = follow(&mut delaunay, &to, &what).expect("these points have tets");
+            // On a sphere all is nearly tied, and most facets change at once.
+            assert!(!report.rebuilt || kind == "sphere", "{what}: {report:?}");
+            mended += report.flips + report.held_back;
+        }
+        assert!(mended > 0, "{kind}: there was nothing to do");
+    }
+}
+
+#[test]
+fn a_few_may_leap_anywhere() {
+    let mut delaunay = Delaunay::build(&uniform(3000, 70)).expect("these points have tets");
+    for step in 0..10 {
+        let mut rng = Rng(100 + step);
+        let mut to = delaunay.points().to_vec();
+        for _ in 0..3 {
+            let v = rng.below(to.len());
+            to[v] = rng.point() * if step % 2 == 0 { 1.0 } else { 3.0 };
+        }
+        follow(&mut delaunay, &to, &format!("step {step}")).expect("these points have tets");
+    }
+}
+
+#[test]
+fn errors_leave_everything_as_it_was() {
+    let points = uniform(300, 80);
+    let mut delaunay = Delaunay::build(&points).expect("these points have tets");
+    let before = (delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
+    let jitter: Vec<DVec3> = points.iter().map(|p| *p * 1.000001).collect();
+    let change = |f: &dyn Fn(&mut Vec<DVec3>)| {
+        let mut to = jitter.clone();
+        f(&mut to);
+        to
+    };
+    let cases: [(Vec<DVec3>, DelaunayError); 6] = [
+        (points[..299].to_vec(), DelaunayError::WrongCount { count: 299, expected: 300 }),
+        (
+            change(&|p| p[7].y = f64::INFINITY),
+            DelaunayError::NotFinite { index: 7, point: [jitter[7].x, f64::INFINITY, jitter[7].z] },
+        ),
+        (
+            change(&|p| p[9] = p[200]),
+            DelaunayError::Duplicates { count: 1, first: 9, second: 200, point: jitter[200].to_array() },
+        ),
+        (change(&|p| p.iter_mut().for_each(|p| p.z = 0.25)), DelaunayError::Flat { count: 300 }),
+        (
+            change(&|p| p.iter_mut().enumerate().for_each(|(i, p)| *p = DVec3::X * i as f64)),
+            DelaunayError::Line { count: 300 },
+        ),
+        (
+            change(&|p| p.fill(DVec3::Y)),
+            DelaunayError::Duplicates { count: 299, first: 0, second: 1, point: [0.0, 1.0, 0.0] },
+        ),
+    ];
+    for (to, expected) in cases {
+        assert_eq!(delaunay.relocate(&to).expect_err("no triangulation"), expected);
+        assert_eq!(delaunay.points(), points, "{expected}");
+        let after = (delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
+        assert!(before == after, "{expected}: tets changed");
+        assert_eq!(delaunay.check(), Ok(()), "{expected}");
+        // And what comes after is followed as ever.
+        let mut next = delaunay.clone();
+        follow(&mut next, &jitter, "after an error").expect("these points have tets");
+    }
+}
+
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let run = |threads| -> Vec<(Vec<[u32; 4]>, Vec<[Facet; 4]>, Relocation)> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let mut delaunay = Delaunay::build(&uniform(6000, 90)).expect("these points have tets");
+            (0..12)
+                .map(|_| {
+                    let to = smoothed(&delaunay, 0.4);
+                    let mut report = delaunay.relocate(&to).expect("these points have tets");
+                    report.seconds = Default::default();
+                    (delaunay.vertices().to_vec(), delaunay.neighbors().to_vec(), report)
+                })
+                .collect()
+        })
+    };
+    let (one, three) = (run(1), run(3));
+    assert!(one == three);
+    assert!(one.iter().any(|step| step.2.flips > 0 && !step.2.rebuilt));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 250, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_chain_of_motions(seed in 0u64..u64::MAX, count in 4usize..150, movers in 1usize..8, digits in 0i32..60) {
+        let mut rng = Rng(seed);
+        let mut points: Vec<DVec3> = (0..count).map(|_| rng.point()).collect();
+        let Ok(mut delaunay) = Delaunay::build(&points) else { return Ok(()) };
+        for step in 0..6 {
+            let size = 10f64.powi(-(rng.below(7) as i32));
+            // Few digits make ties, coplanar points and duplicates.
+            let unit = 2f64.powi(-digits.min(if step % 2 == 0 { 60 } else { 4 }));
+            for p in &mut points {
+                if rng.below(8) < movers {
+                    *p += rng.point() * size;
+                    *p = (*p / unit).round() * unit;
+                }
+            }
+            if follow(&mut delaunay, &points, &format!("{seed} {count} {movers} {digits}, step {step}")).is_none() {
+                points = delaunay.points().to_vec();
+            }
+        }
+    }
+}
