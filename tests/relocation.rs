@@ -246,7 +246,8 @@ fn errors_leave_everything_as_it_was() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let run = |threads| -> Vec<(Vec<[u32; 4]>, Vec<[Facet; 4]>, Relocation)> {
+    type State = (Vec<[u32; 4]>, Vec<[Facet; 4]>, Relocation);
+    let run = |threads| -> Vec<State> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
             let mut delaunay = Delaunay::build(&uniform(6000, 90)).expect("these points have tets");
