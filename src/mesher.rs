@@ -44,14 +44,19 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
         stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
     }
     if stopped != Stopped::Caller {
-        stopped = relaxation.run(params.iterations.saturating_sub(relaxation.iterations()), observer)?;
+        let before_last = params.iterations * 9 / 10;
+        stopped = relaxation.run(before_last.saturating_sub(relaxation.iterations()), observer)?;
     }
 
-    // 3. More seeds where a valid mesh needs them.
+    // 3. More seeds where a valid mesh needs them, before the last iterations; what these break is mended once more.
     observer.stage(Stage::Extract);
     let started = Instant::now();
     let moved_s = relaxation.moving_time();
-    let inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
+    let mut inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
+    if stopped == Stopped::Iterations && relaxation.iterations() < params.iterations {
+        stopped = relaxation.run(params.iterations - relaxation.iterations(), observer)?;
+        inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
+    }
     observer.triangulation(relaxation.delaunay(), surface.frame());
 
     // 4. The restricted Delaunay tets and their boundary.

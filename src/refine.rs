@@ -104,8 +104,9 @@ pub fn until_valid(
         }
         observer.note(&note(round, &defects, donors.len()));
         insert(relaxation, params, donors, observer)?;
-        if !interrupted && params.iterations > 0 {
-            interrupted = relaxation.run(smoothing(round), observer)? == Stopped::Caller;
+        if !interrupted {
+            let left = params.iterations.saturating_sub(relaxation.iterations());
+            interrupted = relaxation.run(smoothing(round).min(left), observer)? == Stopped::Caller;
         }
     }
     unreachable!("the last round returns: this is a bug in tetcvt")
