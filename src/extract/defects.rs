@@ -240,17 +240,16 @@ fn multiple_crossings(sampling: &Sampling, crossings: &[Crossing], shell: u32) -
 /// The triangles of the component of the boundary that `vertex` is on that stand across the surface, at most so many, the
 /// steepest first.
 fn crosswise_triangles(sampling: &Sampling, boundary: &Boundary, vertex: u32, most: usize) -> Vec<(DVec3, Vec<u32>)> {
-    let at = boundary.triangles.iter().position(|t| t.contains(&vertex)).expect("a component has triangles");
-    let component = boundary.component[at];
+    let component = component_at(boundary, vertex);
     let surface = sampling.surface;
     let mut found: Vec<(f64, usize)> = (0..boundary.triangles.len())
         .into_par_iter()
         .filter(|&f| boundary.component[f] == component)
         .filter_map(|f| {
             let [a, b, c] = boundary.triangles[f].map(|v| sampling.complex.points[v as usize]);
-            let [p, q, r] = surface.corners(surface.tree().closest((a + b + c) / 3.0).triangle);
+            let closest = surface.tree().closest(triangle::centroid(a, b, c)).triangle;
             let cosine =
-                triangle::normal2(a, b, c).normalize_or_zero().dot(triangle::normal2(p, q, r).normalize_or_zero());
+                triangle::normal2(a, b, c).normalize_or_zero().dot(surface.normal2(closest).normalize_or_zero());
             (cosine < STEEP).then_some((cosine, f))
         })
         .collect();
@@ -261,32 +260,34 @@ fn crosswise_triangles(sampling: &Sampling, boundary: &Boundary, vertex: u32, mo
         .map(|(_, f)| {
             let mut seeds = boundary.triangles[f].to_vec();
             seeds.sort_unstable();
-            let sum: DVec3 = seeds.iter().map(|&v| sampling.complex.points[v as usize]).sum();
-            (sum / 3.0, seeds)
+            (middle(sampling, boundary.triangles[f]), seeds)
         })
         .collect()
 }
 
+/// The component of the boundary that `vertex` is on.
+fn component_at(boundary: &Boundary, vertex: u32) -> u32 {
+    let at = boundary.triangles.iter().position(|t| t.contains(&vertex));
+    boundary.component[at.expect("a component has triangles: this is a bug in tetcvt")]
+}
+
+/// The middle of a triangle of the boundary.
+fn middle(sampling: &Sampling, vertices: [u32; 3]) -> DVec3 {
+    let [a, b, c] = vertices.map(|v| sampling.complex.points[v as usize]);
+    triangle::centroid(a, b, c)
+}
+
 /// The triangle farthest from the surface in the component of the boundary that `vertex` is on.
 fn worst_triangle(sampling: &Sampling, boundary: &Boundary, vertex: u32) -> (DVec3, Vec<u32>) {
-    let at = boundary
-        .triangles
-        .iter()
-        .position(|t| t.contains(&vertex))
-        .expect("a component has triangles: this is a bug in tetcvt");
-    let component = boundary.component[at];
-    let middle = |vertices: [u32; 3]| {
-        let [a, b, c] = vertices.map(|v| sampling.complex.points[v as usize]);
-        triangle::centroid(a, b, c)
-    };
+    let component = component_at(boundary, vertex);
     let (_, index) = (0..boundary.triangles.len())
         .into_par_iter()
         .filter(|&f| boundary.component[f] == component)
-        .map(|f| (sampling.surface.tree().closest(middle(boundary.triangles[f])).distance2, f))
+        .map(|f| (sampling.surface.tree().closest(middle(sampling, boundary.triangles[f])).distance2, f))
         .reduce(|| (-1.0, usize::MAX), |a, b| if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b } else { a });
     let mut seeds = boundary.triangles[index].to_vec();
     seeds.sort_unstable();
-    (middle(boundary.triangles[index]), seeds)
+    (middle(sampling, boundary.triangles[index]), seeds)
 }
 
 /// Gives each defect without one the crossing at its seeds that is farthest from them.

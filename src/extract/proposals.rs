@@ -105,8 +105,7 @@ pub fn is_pit(sampling: &Sampling, defect: &Defect) -> bool {
 /// On the surface between the seeds that bound the tets outside at seed `v`, where it is farthest from seeds.
 fn at_rim(sampling: &Sampling, v: u32) -> Option<Proposal> {
     let complex = &sampling.complex;
-    let bound =
-        |w: &u32| (*w as usize) < complex.seeds && sampling.kinds[*w as usize] != crate::seeds::SeedKind::Interior;
+    let bound = |w: &u32| (*w as usize) < complex.seeds && sampling.kinds[*w as usize] != SeedKind::Interior;
     let mut best: Option<Proposal> = None;
     for &t in complex.star(v).iter().filter(|&&t| !complex.usable(t)) {
         let rim: Vec<u32> = complex.tets[t as usize].into_iter().filter(bound).collect();
