@@ -6,6 +6,9 @@ use crate::error::Error;
 /// vertex.
 pub const MOST_SEEDS: usize = 100_000_000;
 
+/// The largest number of threads: a machine with more would gain nothing from them, and starting them takes long.
+const MOST_THREADS: usize = 1024;
+
 /// The largest number of iterations: more than any run will see, and far from overflow.
 const MOST_ITERATIONS: usize = 1_000_000_000;
 
@@ -127,6 +130,9 @@ impl Params {
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return refuse("tolerance", format!("{} is not a finite number of at least 0", self.tolerance));
         }
+        if self.threads > MOST_THREADS {
+            return refuse("threads", format!("{} is more than {MOST_THREADS}", self.threads));
+        }
         if self.iterations > MOST_ITERATIONS {
             return refuse("iterations", format!("{} is more than {MOST_ITERATIONS}", self.iterations));
         }
@@ -165,6 +171,7 @@ mod tests {
         for tolerance in [-1e-9, f64::NAN, f64::INFINITY] {
             assert_eq!(refused(|p| p.tolerance = tolerance), Some("tolerance"));
         }
+        assert_eq!(refused(|p| p.threads = 65_535), Some("threads"));
         assert_eq!(refused(|p| p.iterations = usize::MAX), Some("iterations"));
     }
 

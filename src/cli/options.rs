@@ -69,7 +69,7 @@ pub(super) struct Options {
     tolerance: f64,
 
     /// How the triangulation follows the seeds
-    #[arg(long, help_heading = "Iterations", default_value = "rebuild")]
+    #[arg(long, help_heading = "Iterations", default_value = "bicell")]
     update: Update,
 
     /// Threads [default: all cores]; the result does not depend on it

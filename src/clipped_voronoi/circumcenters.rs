@@ -12,9 +12,9 @@ use crate::geometry::tetrahedron;
 const FLAT: f64 = 1e-4;
 
 /// Circumcentres of the tets whose winding is not 0; others are never asked for.
-pub(super) fn circumcenters(delaunay: &Delaunay, winding: &[i8]) -> Vec<DVec3> {
+pub(super) fn circumcenters(delaunay: &Delaunay, winding: &[i32]) -> Vec<DVec3> {
     let points = delaunay.points();
-    let center = |(v, &w): (&[u32; 4], &i8)| {
+    let center = |(v, &w): (&[u32; 4], &i32)| {
         if w == 0 {
             return DVec3::ZERO;
         }

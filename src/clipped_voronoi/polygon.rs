@@ -12,7 +12,7 @@ pub(super) enum Line {
     /// Edge of the triangle from corner c to corner c + 1.
     Edge(u8),
     /// A bisector, by its place in [`Polygon::bisectors`].
-    Bisector(u16),
+    Bisector(u32),
 }
 
 /// A triangle clipped by the cell of a seed: a convex polygon, known by the lines of its edges alone.
@@ -62,7 +62,7 @@ impl Polygon {
             self.signs.push(sign);
         }
         self.next.clear();
-        let cut = Line::Bisector((self.bisectors.len() - 1) as u16);
+        let cut = Line::Bisector((self.bisectors.len() - 1) as u32);
         for m in 0..n {
             let (here, there) = (self.signs[m], self.signs[(m + 1) % n]);
             if here == Sign::Positive || there == Sign::Positive {

@@ -54,8 +54,8 @@ impl<'a> Crossings<'a> {
 /// For each tet, how many shells of the surface hold its circumcentre, outward ones counted 1 and inward ones -1: 1
 /// inside the solid and 0 outside. No ray is cast: all is outside at infinity, and along every Voronoi edge the
 /// crossings say what changes. `None` where two ways disagree, which takes a surface that is not closed.
-pub(super) fn winding(delaunay: &Delaunay, crossings: &Crossings) -> Option<Vec<i8>> {
-    const UNKNOWN: i8 = i8::MIN;
+pub(super) fn winding(delaunay: &Delaunay, crossings: &Crossings) -> Option<Vec<i32>> {
+    const UNKNOWN: i32 = i32::MIN;
     let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
     let mut winding = vec![UNKNOWN; vertices.len()];
     let mut stack: Vec<u32> = (0..vertices.len() as u32).filter(|&t| vertices[t as usize][3] == INFINITE).collect();
@@ -69,7 +69,7 @@ pub(super) fn winding(delaunay: &Delaunay, crossings: &Crossings) -> Option<Vec<
             }
             // From the neighbour to t the dual edge runs along (q - p) x (r - p).
             let (found, even) = crossings.of(facet);
-            let entered: i8 = found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum();
+            let entered: i32 = found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum();
             let expected = winding[t as usize] - entered;
             match &mut winding[n as usize] {
                 w if *w == UNKNOWN => {
@@ -89,7 +89,7 @@ pub(super) fn add_edges(
     cells: &mut [Cell],
     delaunay: &Delaunay,
     crossings: &Crossings,
-    winding: &[i8],
+    winding: &[i32],
     centers: &[DVec3],
 ) {
     let (points, vertices, neighbors) = (delaunay.points(), delaunay.vertices(), delaunay.neighbors());
@@ -127,7 +127,7 @@ fn add_edge(
     sums: &mut Accumulator,
     points: &[DVec3],
     facet: [u32; 3],
-    [(w_from, from), (w_to, to)]: [(i8, DVec3); 2],
+    [(w_from, from), (w_to, to)]: [(i32, DVec3); 2],
     crossings: &[Crossing],
     even: bool,
 ) {
