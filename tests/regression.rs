@@ -67,5 +67,5 @@ fn spheres_that_nearly_touch_keep_their_shape() {
     let shape = Shape::icosphere(3, 1.0).with(&Shape::icosphere(3, 1.0).placed(dvec3(2.01, 0.0, 0.0), 1.0));
     let (surface, mesh) = meshed(&shape, 300);
     let report = MeshReport::of(&mesh, &TetQuality::of(&mesh), &surface);
-    assert!(report.hausdorff < 5.0, "distance {}", report.hausdorff);
+    assert!(report.hausdorff < 0.04, "distance {}", report.hausdorff);
 }

@@ -124,7 +124,8 @@ impl Construction {
                 let other = slots[s];
                 // There, the one vertex that this tet lacks is vertex i.
                 let (j, k, l) = super::facet::OTHERS[other][0];
-                let slot = [j, k, l].iter().position(|&x| x == i).expect("i differs from other");
+                let slot =
+                    [j, k, l].iter().position(|&x| x == i).expect("i differs from other: this is a bug in tetcvt");
                 Facet::new(other as u32 + 1, slot)
             });
             self.tets.push(Tet { vertices: hull, mirrors, center: DVec3::ZERO, radius2: f64::NAN });
