@@ -21,7 +21,7 @@ use std::cmp::Ordering;
 use glam::DVec3;
 
 use super::expansion::Expansion;
-use crate::geometry::predicates::Sign;
+use crate::geometry::predicates::{Sign, lexicographic};
 
 /// Half the distance from 1 to the next `f64`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -82,7 +82,7 @@ impl View {
     pub(super) fn side_of_corner(&self, c: usize, l: &Bisector) -> Sign {
         // One rounding in `twice`, one in each product, two in the sum: 4 units of each term.
         if l.d[c].abs() > 5.0 * UNIT * l.size {
-            return sign_of(l.d[c]);
+            return Sign::of(l.d[c]);
         }
         match self.exact(l, c).sign() {
             Sign::Zero if later(l.at, self.seed) => Sign::Positive,
@@ -98,7 +98,7 @@ impl View {
         let det = j.d[u] * l.d[v] - j.d[v] * l.d[u];
         // Two products of values with 4 units of error each, one rounding each and one of the difference: below 2 * 10.
         if det.abs() > 24.0 * UNIT * j.size * l.size {
-            return times(sign_of(det), along);
+            return times(Sign::of(det), along);
         }
         let [ju, jv, lu, lv] = [self.exact(j, u), self.exact(j, v), self.exact(l, u), self.exact(l, v)];
         let exact = ju.times(&lv).minus(&jv.times(&lu)).sign();
@@ -106,7 +106,7 @@ impl View {
             return times(exact, along);
         }
         let (of_j, of_l) = (lv.minus(&lu), ju.minus(&jv));
-        let terms = [(j.at, of_j.sign()), (l.at, of_l.sign()), (self.seed, negate(of_j.plus(&of_l).sign()))];
+        let terms = [(j.at, of_j.sign()), (l.at, of_l.sign()), (self.seed, -of_j.plus(&of_l).sign())];
         times(first_of_latest(terms), along)
     }
 
@@ -115,7 +115,7 @@ impl View {
         let det = dot(cross(j.d, k.d), l.d);
         // Six products of three values with 4 units of error each, two roundings each and the sums: below 6 * 18.
         let sign = if det.abs() > 120.0 * UNIT * j.size * k.size * l.size {
-            sign_of(det)
+            Sign::of(det)
         } else {
             self.exact_side_within(j, k, l)
         };
@@ -126,7 +126,7 @@ impl View {
     pub(super) fn turn(&self, j: &Bisector, k: &Bisector) -> Sign {
         let det = dot(cross(j.d, k.d), [1.0; 3]);
         if det.abs() > 72.0 * UNIT * j.size * k.size {
-            return sign_of(det);
+            return Sign::of(det);
         }
         self.exact_minor(j, k).sign()
     }
@@ -173,12 +173,7 @@ impl View {
         let of_j = self.exact_minor(k, l);
         let of_k = self.exact_minor(l, j);
         let of_seed = of_j.plus(&of_k).plus(&of_l);
-        first_of_latest([
-            (j.at, of_j.sign()),
-            (k.at, of_k.sign()),
-            (l.at, of_l.sign()),
-            (self.seed, negate(of_seed.sign())),
-        ])
+        first_of_latest([(j.at, of_j.sign()), (k.at, of_k.sign()), (l.at, of_l.sign()), (self.seed, -of_seed.sign())])
     }
 
     /// det(d_ij, d_ik, 1).
@@ -217,10 +212,6 @@ fn later(a: DVec3, b: DVec3) -> bool {
     lexicographic(a, b) == Ordering::Greater
 }
 
-fn lexicographic(a: DVec3, b: DVec3) -> Ordering {
-    a.to_array().partial_cmp(&b.to_array()).expect("coordinates are finite: this is a bug in tetcvt")
-}
-
 /// The sign that belongs to the latest point whose sign is not zero.
 fn first_of_latest<const N: usize>(mut terms: [(DVec3, Sign); N]) -> Sign {
     terms.sort_unstable_by(|a, b| lexicographic(b.0, a.0));
@@ -228,22 +219,10 @@ fn first_of_latest<const N: usize>(mut terms: [(DVec3, Sign); N]) -> Sign {
     found.expect("the last line crosses the others: this is a bug in tetcvt").1
 }
 
-fn sign_of(x: f64) -> Sign {
-    if x > 0.0 { Sign::Positive } else { Sign::Negative }
-}
-
-fn negate(s: Sign) -> Sign {
-    match s {
-        Sign::Negative => Sign::Positive,
-        Sign::Zero => Sign::Zero,
-        Sign::Positive => Sign::Negative,
-    }
-}
-
 fn times(a: Sign, b: Sign) -> Sign {
     match b {
         Sign::Positive => a,
-        Sign::Negative => negate(a),
+        Sign::Negative => -a,
         Sign::Zero => Sign::Zero,
     }
 }
