@@ -26,10 +26,6 @@ use crate::geometry::predicates::{Sign, lexicographic};
 /// Half the distance from 1 to the next `f64`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// Above this a value of d has its sign: no coordinate in the frame is over 1 in size, so none of the six terms over 2, and
-/// their errors sum to below 5 units each.
-const SURE: f64 = 60.0 * UNIT;
-
 /// Differences below this share of their terms leave too few digits for a position, which is then computed exactly.
 const VAGUE: f64 = 1e-5;
 
@@ -42,7 +38,9 @@ pub(super) struct Bisector {
     at: DVec3,
     /// d at the three corners.
     pub(super) d: [f64; 3],
-    /// Bound on the size of d and of the terms that it is the sum of.
+    /// Bounds on the size of d there and of the terms that it is the sum of.
+    sizes: [f64; 3],
+    /// The largest of them.
     size: f64,
 }
 
@@ -56,26 +54,16 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Whether the whole triangle is surely on the seed's side of the bisector with another seed at `at`: the common case,
-    /// and the cheapest to see.
-    #[inline]
-    pub(super) fn surely_closer(&self, at: DVec3) -> bool {
-        let apart = self.seed - at;
-        self.corners.iter().all(|&corner| apart.dot((corner - self.seed) + (corner - at)) > SURE)
-    }
-
     /// The bisector with another seed at `at`.
     pub(super) fn bisector(&self, seed: u32, at: DVec3) -> Bisector {
         let apart = self.seed - at;
-        let mut d = [0.0; 3];
-        let mut size = 0.0;
-        for (value, corner) in d.iter_mut().zip(self.corners) {
-            let twice = (corner - self.seed) + (corner - at);
-            *value = apart.dot(twice);
-            let bound = apart.abs().dot(twice.abs());
-            size = if bound > size { bound } else { size };
+        let (mut d, mut sizes) = ([0.0; 3], [0.0; 3]);
+        for c in 0..3 {
+            let twice = (self.corners[c] - self.seed) + (self.corners[c] - at);
+            d[c] = apart.dot(twice);
+            sizes[c] = apart.abs().dot(twice.abs());
         }
-        Bisector { seed, at, d, size }
+        Bisector { seed, at, d, sizes, size: larger(sizes[0], larger(sizes[1], sizes[2])) }
     }
 
     /// Side of corner `c`: positive where the cell's seed is closer.
@@ -131,12 +119,18 @@ impl View {
         self.exact_minor(j, k).sign()
     }
 
-    /// Where on the edge from corner 0 to corner 1 bisector `j` meets it: 0 at its beginning, 1 at its end.
-    pub(super) fn place_on_edge(&self, j: &Bisector) -> f64 {
-        let (mut from, mut fall) = (j.d[0], j.d[0] - j.d[1]);
-        if fall.abs() < VAGUE * j.size {
-            let exact = self.exact(j, 0);
-            (from, fall) = (exact.value(), exact.minus(&self.exact(j, 1)).value());
+    /// Where on the edge from corner `u` to corner `v` bisector `j` meets it: 0 at its beginning, 1 at its end. The same bits
+    /// for the two seeds of the bisector, whose values of d are opposite, and for both triangles at the edge.
+    pub(super) fn place_on_edge(&self, u: usize, v: usize, j: &Bisector) -> f64 {
+        let (mut from, mut fall) = (j.d[u], j.d[u] - j.d[v]);
+        if fall.abs() < VAGUE * larger(j.sizes[u], j.sizes[v]) {
+            let (from_exact, to_exact) = if later(j.at, self.seed) {
+                (self.exact(j, u), self.exact(j, v))
+            } else {
+                let (view, j) = (View { corners: self.corners, seed: j.at }, Bisector { at: self.seed, ..*j });
+                (view.exact(&j, u), view.exact(&j, v))
+            };
+            (from, fall) = (from_exact.value(), from_exact.minus(&to_exact).value());
         }
         // It is known to be on the edge: what rounding puts beyond an end is brought back.
         if fall == 0.0 { 0.0 } else { (from / fall).clamp(0.0, 1.0) }
@@ -225,6 +219,12 @@ fn times(a: Sign, b: Sign) -> Sign {
         Sign::Negative => -a,
         Sign::Zero => Sign::Zero,
     }
+}
+
+/// The larger of two numbers; `f64::max` would also look for NaN.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Cross product of two triples.

@@ -50,7 +50,7 @@ impl Cell {
     }
 
     /// Adds what another part of the work found for the same cell.
-    fn add(&mut self, other: &Cell) {
+    pub(super) fn add(&mut self, other: &Cell) {
         self.volume += other.volume;
         self.moment += other.moment;
         self.energy += other.energy;
@@ -60,31 +60,36 @@ impl Cell {
     }
 }
 
-/// Sums of the cells that one block of the work touches: blocks are cut without regard to the number of threads and
+/// Numbers that a Voronoi edge adds to each of its cells: volume, first moment, second moment.
+pub(super) const MOMENTS: usize = 5;
+
+/// Sums for the cells that one block of the work touches: blocks are cut without regard to the number of threads and
 /// added up in their order, so that every sum is the same to the last bit on any number of them.
-pub(super) struct Accumulator {
+pub(super) struct Sums {
     place: Vec<u32>,
-    found: Vec<(u32, Cell)>,
+    found: Vec<(u32, [f64; MOMENTS])>,
 }
 
-impl Accumulator {
-    /// An empty one for so many seeds.
-    pub(super) fn new(seeds: usize) -> Accumulator {
-        Accumulator { place: vec![u32::MAX; seeds], found: Vec::new() }
+impl Sums {
+    /// Empty ones for so many seeds.
+    pub(super) fn new(seeds: usize) -> Sums {
+        Sums { place: vec![u32::MAX; seeds], found: Vec::new() }
     }
 
-    /// The sums of seed `i`.
-    pub(super) fn cell(&mut self, i: u32) -> &mut Cell {
-        let place = &mut self.place[i as usize];
-        if *place == u32::MAX {
-            *place = self.found.len() as u32;
-            self.found.push((i, Cell::default()));
+    /// Adds to the sums of seed `i`.
+    #[inline(always)]
+    pub(super) fn add(&mut self, i: u32, part: [f64; MOMENTS]) {
+        let place = self.place[i as usize];
+        if place == u32::MAX {
+            self.place[i as usize] = self.found.len() as u32;
+            self.found.push((i, part));
+            return;
         }
-        &mut self.found[*place as usize].1
+        self.found[place as usize].1.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
     }
 
     /// Hands out the sums and is empty again.
-    pub(super) fn take(&mut self) -> Vec<(u32, Cell)> {
+    pub(super) fn take(&mut self) -> Vec<(u32, [f64; MOMENTS])> {
         for (i, _) in &self.found {
             self.place[*i as usize] = u32::MAX;
         }
@@ -93,8 +98,11 @@ impl Accumulator {
 }
 
 /// Adds the sums of a block to `cells`.
-pub(super) fn merge(cells: &mut [Cell], block: &[(u32, Cell)]) {
-    for (i, cell) in block {
-        cells[*i as usize].add(cell);
+pub(super) fn merge(cells: &mut [Cell], block: &[(u32, [f64; MOMENTS])]) {
+    for &(i, [volume, x, y, z, energy]) in block {
+        let cell = &mut cells[i as usize];
+        cell.volume += volume;
+        cell.moment += DVec3::new(x, y, z);
+        cell.energy += energy;
     }
 }

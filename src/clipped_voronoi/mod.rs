@@ -27,9 +27,17 @@ mod cell;
 
 mod circumcenters;
 
+mod crossings;
+
 mod expansion;
 
+mod owners;
+
+mod planes;
+
 mod polygon;
+
+mod sheet;
 
 mod surface_pieces;
 
@@ -37,7 +45,14 @@ mod voronoi_edges;
 
 pub use cell::Cell;
 
-use voronoi_edges::Crossings;
+use crossings::Crossings;
+use owners::Owners;
+use sheet::Sheet;
+use surface_pieces::{Pair, Scene};
+use voronoi_edges::Edges;
+
+/// Seeds in a block of the work, most of which have nothing to do with the surface.
+const SEEDS: usize = 256;
 
 /// Where a Voronoi edge, dual to a facet of the triangulation, crosses the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,48 +94,24 @@ pub enum Density {
     Vertices(Vec<f64>),
 }
 
-impl Density {
-    /// At the corners of a triangle.
-    fn at_corners(&self, ids: [u32; 3]) -> [f64; 3] {
-        match self {
-            Density::Uniform => [1.0; 3],
-            Density::Vertices(at) => ids.map(|v| at[v as usize]),
-        }
-    }
-
-    /// At three points of the triangle of `view`, given relative to its seed.
-    fn within(&self, ids: [u32; 3], view: &bisector::View, points: [DVec3; 3]) -> [f64; 3] {
-        let Density::Vertices(_) = self else { return [1.0; 3] };
-        let at = self.at_corners(ids);
-        let [a, b, c] = view.corners.map(|p| p - view.seed);
-        let normal = (b - a).cross(c - a);
-        let scale = 1.0 / normal.length_squared();
-        points.map(|p| {
-            let toward_b = (p - a).cross(c - a).dot(normal) * scale;
-            let toward_c = (b - a).cross(p - a).dot(normal) * scale;
-            let value = at[0] + (at[1] - at[0]) * toward_b + (at[2] - at[0]) * toward_c;
-            value.clamp(at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]))
-        })
-    }
-}
-
 /// Clips the cells of one triangulation after another by one surface, and remembers what helps with the next.
 pub struct Clipper<'a> {
-    surface: &'a Surface,
-    density: Density,
-    owners: Vec<u32>,
+    sheet: Sheet<'a>,
+    owners: Owners,
+    cornerless: Vec<Pair>,
+    arch: pulp::Arch,
 }
 
 impl<'a> Clipper<'a> {
     /// For cells clipped by `surface`.
     pub fn new(surface: &'a Surface) -> Clipper<'a> {
-        let owners = vec![u32::MAX; surface.points().len()];
-        Clipper { surface, density: Density::Uniform, owners }
+        let (sheet, arch) = (Sheet::new(surface), pulp::Arch::new());
+        Clipper { sheet, owners: Owners::default(), cornerless: Vec::new(), arch }
     }
 
     /// From now on, weighs [`Cell::area_moment`] and [`Cell::area_mass`] by a density of the surface.
     pub fn set_density(&mut self, density: Density) {
-        self.density = density;
+        self.sheet.set_density(density);
     }
 
     /// The cells of `delaunay`, whose points are on the grid of the surface's frame.
@@ -128,19 +119,22 @@ impl<'a> Clipper<'a> {
     /// # Panics
     /// If the surface crosses nothing but is not closed: a [`Surface`] cannot be built so.
     pub fn clip(&mut self, delaunay: &Delaunay) -> ClippedVoronoi {
-        let points = delaunay.points();
+        let (points, arch) = (delaunay.points(), self.arch);
         let adjacency = delaunay.adjacency();
-        surface_pieces::update_owners(&mut self.owners, points, self.surface, &adjacency);
+        self.owners.update(self.sheet.surface.points(), points, &adjacency, arch);
 
         let mut cells = vec![Cell::default(); points.len()];
-        let crossings =
-            surface_pieces::add_pieces(&mut cells, points, self.surface, &self.density, &adjacency, &self.owners);
+        let scene = Scene { points, adjacency: &adjacency, sheet: &self.sheet, owners: &self.owners, arch };
+        let crossings = surface_pieces::add_pieces(&mut cells, scene, &mut self.cornerless);
 
         let by_facet = Crossings::new(&crossings, points.len());
-        let winding = voronoi_edges::winding(delaunay, &by_facet)
-            .expect("a closed surface changes sides an even number of times: this is a bug in tetcvt");
+        let marks = by_facet.marks(delaunay);
+        let winding = by_facet.winding(delaunay, &marks);
         let centers = circumcenters::circumcenters(delaunay, &winding);
-        voronoi_edges::add_edges(&mut cells, delaunay, &by_facet, &winding, &centers);
+        let edges = Edges { delaunay, crossings: &by_facet, marks: &marks, winding: &winding, centers: &centers, arch };
+        edges
+            .add(&mut cells)
+            .expect("a closed surface changes sides an even number of times: this is a bug in tetcvt");
 
         let inside = winding.iter().map(|&w| w > 0).collect();
         ClippedVoronoi { cells, inside, crossings, adjacency }

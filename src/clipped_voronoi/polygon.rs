@@ -30,17 +30,13 @@ pub(super) struct Polygon {
 }
 
 impl Polygon {
-    /// Clips the triangle of `view` by the bisectors with `neighbors` (Sutherland, Hodgman 1974, on exact signs).
-    pub(super) fn clip(&mut self, view: &View, neighbors: &[u32], points: &[DVec3]) {
+    /// Clips the triangle of `view` by the bisectors with other seeds (Sutherland, Hodgman 1974, on exact signs).
+    pub(super) fn clip(&mut self, view: &View, seeds: impl Iterator<Item = u32>, points: &[DVec3]) {
         self.bisectors.clear();
         self.lines.clear();
         self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
-        for &seed in neighbors {
-            let at = points[seed as usize];
-            if view.surely_closer(at) {
-                continue;
-            }
-            let l = view.bisector(seed, at);
+        for seed in seeds {
+            let l = view.bisector(seed, points[seed as usize]);
             let corners = [0, 1, 2].map(|c| view.side_of_corner(c, &l));
             if corners == [Sign::Positive; 3] {
                 continue;
@@ -101,8 +97,8 @@ impl Polygon {
                 (Line::Edge(e), Line::Bisector(j)) | (Line::Bisector(j), Line::Edge(e)) => {
                     let (u, v) = (e as usize, (e as usize + 1) % 3);
                     let (u, v) = if ids[u] < ids[v] { (u, v) } else { (v, u) };
-                    let other = self.bisectors[j as usize].seed;
-                    on_edge(view.corners[u], view.corners[v], in_order([seed, other], points))
+                    let t = view.place_on_edge(u, v, &self.bisectors[j as usize]);
+                    view.corners[u] + (view.corners[v] - view.corners[u]) * t
                 }
                 (Line::Bisector(j), Line::Bisector(k)) => {
                     let others = [self.bisectors[j as usize].seed, self.bisectors[k as usize].seed];
@@ -114,19 +110,6 @@ impl Polygon {
             out.push(p - view.seed);
         }
     }
-}
-
-/// The two seeds' positions, lower index first.
-fn in_order(seeds: [u32; 2], points: &[DVec3]) -> [DVec3; 2] {
-    let [a, b] = seeds;
-    if a < b { [points[a as usize], points[b as usize]] } else { [points[b as usize], points[a as usize]] }
-}
-
-/// Where the segment from `u` to `v` meets the bisector of two seeds.
-fn on_edge(u: DVec3, v: DVec3, [i, j]: [DVec3; 2]) -> DVec3 {
-    let view = View { corners: [u, v, v], seed: i };
-    let t = view.place_on_edge(&view.bisector(0, j));
-    u + (v - u) * t
 }
 
 /// Where the bisectors of three seeds meet on the triangle with these corners.

@@ -1,151 +1,258 @@
 //! The surface cut up by the Voronoi cells: pieces of triangles, cut segments, crossings of Voronoi edges.
+//!
+//! 1. Every vertex of the surface has an owner (`owners.rs`). A seed owns a piece of every triangle at its vertices: the whole
+//!    of it where all three are its own, cells being convex; else what its bisectors leave of it.
+//! 2. Which other seeds own a piece of a triangle follows by spreading over the bisectors that cut it: Yan, Lévy, Liu, Sun,
+//!    Wang, *Isotropic remeshing with fast and exact computation of restricted Voronoi diagram*, Computer Graphics Forum
+//!    28(5), 2009, doi 10.1111/j.1467-8659.2009.01521.x. Those of the last time are tried first, all at once.
+//!
+//! Departure: cells, not triangles, are gone through, so that each sum has one writer and its order does not depend on
+//! the number of threads; and a cell's bisectors meet all of its triangles at once, in vectors (`planes.rs`).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bisector::View;
-use super::cell::{Accumulator, Cell, merge};
-use super::polygon::{Line, Polygon, owner};
-use super::{Crossing, Density};
+use super::cell::Cell;
+use super::owners::Owners;
+use super::planes::Planes;
+use super::polygon::{Line, Polygon};
+use super::sheet::Sheet;
+use super::{Crossing, SEEDS};
 use crate::delaunay::Adjacency;
 use crate::geometry::predicates::Sign;
-use crate::geometry::triangle::normal2;
-use crate::surface::Surface;
 
-/// Triangles in a block of the work: fixed, so that sums do not depend on the number of threads.
-const BLOCK: usize = 1024;
+/// Pieces without a corner of their triangle that one thread cuts in a row.
+const BLOCK: usize = 128;
 
-/// Owns what one block of triangles needs and finds.
-struct Block<'a> {
-    points: &'a [DVec3],
-    surface: &'a Surface,
-    density: &'a Density,
-    adjacency: &'a Adjacency,
+/// A seed and a triangle of the surface.
+pub(super) type Pair = (u32, u32);
+
+/// What cutting looks at.
+#[derive(Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub(super) points: &'a [DVec3],
+    pub(super) adjacency: &'a Adjacency,
+    pub(super) sheet: &'a Sheet<'a>,
+    pub(super) owners: &'a Owners,
+    pub(super) arch: pulp::Arch,
+}
+
+/// Cuts for one thread; its buffers are reused.
+struct Cutter<'a> {
+    scene: Scene<'a>,
+    planes: Planes,
     polygon: Polygon,
     corners: Vec<DVec3>,
-    /// Seeds found to own a piece of the triangle, in the order found.
-    owners: Vec<u32>,
-    /// The last triangle for which each seed was found.
-    seen: Vec<u32>,
-    sums: Accumulator,
+    /// Triangles to be cut for one seed, and relative to it.
+    triangles: Vec<u32>,
+    relative: Vec<[DVec3; 3]>,
+    words: Vec<u64>,
     crossings: Vec<Crossing>,
+    /// Seeds that own a piece of a triangle but none of its corners.
+    beyond: Vec<Pair>,
 }
 
-/// Nearest seed of every vertex of the surface; `owners` holds guesses, such as those of the last iteration.
-pub(super) fn update_owners(owners: &mut [u32], points: &[DVec3], surface: &Surface, adjacency: &Adjacency) {
-    owners.par_chunks_mut(BLOCK).zip(surface.points().par_chunks(BLOCK)).for_each(|(owners, at)| {
-        let mut last = 0;
-        for (mine, &p) in owners.iter_mut().zip(at) {
-            let guess = if (*mine as usize) < points.len() { *mine } else { last };
-            *mine = owner(p, guess, adjacency, points);
-            last = *mine;
-        }
-    });
-}
-
-/// Adds every triangle's share to `cells`; returns the crossings of Voronoi edges, by facet.
+/// Adds the surface to `cells`; returns the crossings of Voronoi edges, by facet.
 ///
-/// `owners` are the nearest seeds of the surface's vertices. Which other seeds own a piece of a triangle follows by
-/// spreading over the bisectors that cut it: Yan, Lévy, Liu, Sun, Wang, *Isotropic remeshing with fast and exact
-/// computation of restricted Voronoi diagram*, Computer Graphics Forum 28(5), 2009, doi 10.1111/j.1467-8659.2009.01521.x.
-pub(super) fn add_pieces(
-    cells: &mut [Cell],
-    points: &[DVec3],
-    surface: &Surface,
-    density: &Density,
-    adjacency: &Adjacency,
-    owners: &[u32],
-) -> Vec<Crossing> {
-    let starts: Vec<usize> = (0..surface.triangles().len()).step_by(BLOCK).collect();
-    let new_block = || Block {
-        points,
-        surface,
-        density,
-        adjacency,
-        polygon: Polygon::default(),
-        corners: Vec::new(),
-        owners: Vec::new(),
-        seen: vec![u32::MAX; points.len()],
-        sums: Accumulator::new(points.len()),
-        crossings: Vec::new(),
-    };
-    let found: Vec<_> = starts
-        .par_iter()
-        .map_init(new_block, |block, &start| {
-            for t in start..(start + BLOCK).min(surface.triangles().len()) {
-                block.add_triangle(t as u32, owners);
-            }
-            (block.sums.take(), std::mem::take(&mut block.crossings))
-        })
+/// `cornerless` are pairs of a seed and a triangle of which it owns a piece but no corner: guesses, then those that are so.
+pub(super) fn add_pieces(cells: &mut [Cell], scene: Scene, cornerless: &mut Vec<Pair>) -> Vec<Crossing> {
+    // 1. Seeds that own vertices.
+    let parts: Vec<_> = cells
+        .par_chunks_mut(SEEDS)
+        .enumerate()
+        .map_init(
+            || Cutter::new(scene),
+            |cutter, (block, cells)| {
+                for (i, cell) in (block * SEEDS..).zip(cells) {
+                    cutter.add_own(i as u32, cell);
+                }
+                cutter.take()
+            },
+        )
         .collect();
+    let mut todo = std::mem::take(cornerless);
+    todo.retain(|&(i, t)| (i as usize) < scene.points.len() && !scene.owns_corner(i, t));
     let mut crossings = Vec::new();
-    for (sums, mut more) in found {
-        merge(cells, &sums);
+    for (mut more, mut beyond) in parts {
         crossings.append(&mut more);
+        todo.append(&mut beyond);
     }
-    crossings.sort_unstable_by_key(|c| (c.facet, c.triangle));
+    // 2. Others.
+    let mut pieces = add_cornerless(scene, todo, &mut crossings);
+    pieces.sort_unstable_by_key(|p| p.0);
+    for ((i, _), piece) in &pieces {
+        cells[*i as usize].add(piece);
+    }
+    cornerless.extend(pieces.into_iter().map(|p| p.0));
+    // Most are in order already.
+    crossings.sort_by_key(|c| (c.facet, c.triangle));
     crossings
 }
 
-impl Block<'_> {
-    /// Adds one triangle of the surface to the cells that own a part of it.
-    fn add_triangle(&mut self, t: u32, owners: &[u32]) {
-        let ids = self.surface.triangles()[t as usize];
-        let [a, b, c] = ids.map(|v| owners[v as usize]);
-        let corners = self.surface.corners(t);
-        let normal = normal2(corners[0], corners[1], corners[2]).normalize_or_zero();
-        if a == b && b == c {
-            // Cells are convex: the whole triangle is in the cell that holds its corners.
-            let seed = self.points[a as usize];
-            let relative = corners.map(|p| p - seed);
-            let cell = self.sums.cell(a);
-            cell.add_tet(relative[0], relative[1], relative[2]);
-            cell.add_triangle(relative, normal, self.density.at_corners(ids));
+/// The pieces of seeds that own no corner of their triangle: those of `todo` that there are, and all that they lead to.
+fn add_cornerless(scene: Scene, mut todo: Vec<Pair>, crossings: &mut Vec<Crossing>) -> Vec<(Pair, Cell)> {
+    let mut pieces = Vec::new();
+    let mut known: Vec<Pair> = Vec::new();
+    loop {
+        todo.sort_unstable();
+        todo.dedup();
+        todo.retain(|pair| known.binary_search(pair).is_err());
+        if todo.is_empty() {
+            return pieces;
+        }
+        let parts: Vec<_> = todo
+            .par_chunks(BLOCK)
+            .map_init(
+                || Cutter::new(scene),
+                |cutter, pairs| {
+                    let mut pieces = Vec::new();
+                    for of_seed in pairs.chunk_by(|a, b| a.0 == b.0) {
+                        cutter.cut_cornerless(of_seed, &mut pieces);
+                    }
+                    (pieces, cutter.take())
+                },
+            )
+            .collect();
+        known.append(&mut todo);
+        known.sort();
+        for (mut found, (mut more, mut beyond)) in parts {
+            pieces.append(&mut found);
+            crossings.append(&mut more);
+            todo.append(&mut beyond);
+        }
+    }
+}
+
+impl Scene<'_> {
+    /// Whether seed `i` owns a corner of triangle `t`.
+    fn owns_corner(&self, i: u32, t: u32) -> bool {
+        self.corner_owners(t).contains(&i)
+    }
+
+    fn corner_owners(&self, t: u32) -> [u32; 3] {
+        self.sheet.surface.triangles()[t as usize].map(|v| self.owners.of()[v as usize])
+    }
+}
+
+impl<'a> Cutter<'a> {
+    fn new(scene: Scene<'a>) -> Cutter<'a> {
+        Cutter {
+            scene,
+            planes: Planes::default(),
+            polygon: Polygon::default(),
+            corners: Vec::new(),
+            triangles: Vec::new(),
+            relative: Vec::new(),
+            words: Vec::new(),
+            crossings: Vec::new(),
+            beyond: Vec::new(),
+        }
+    }
+
+    /// Hands out what was found.
+    fn take(&mut self) -> (Vec<Crossing>, Vec<Pair>) {
+        (std::mem::take(&mut self.crossings), std::mem::take(&mut self.beyond))
+    }
+
+    /// Adds to the cell of seed `i` what it owns of the triangles at its vertices.
+    fn add_own(&mut self, i: u32, cell: &mut Cell) {
+        let Scene { points, sheet, owners, .. } = self.scene;
+        let seed = points[i as usize];
+        self.triangles.clear();
+        self.relative.clear();
+        for &v in owners.vertices_of(i as usize) {
+            for &t in sheet.triangles_at(v) {
+                let ids = sheet.surface.triangles()[t as usize];
+                let own = self.scene.corner_owners(t).map(|j| j == i);
+                // Only the first corner of its own counts, so that each triangle is met once.
+                let first = own.iter().position(|&o| o);
+                if first.is_none_or(|c| ids[c] != v) {
+                    continue;
+                }
+                let relative = sheet.surface.corners(t).map(|p| p - seed);
+                if own == [true; 3] {
+                    cell.add_tet(relative[0], relative[1], relative[2]);
+                    cell.add_triangle(relative, sheet.normals[t as usize], sheet.corner_density(t));
+                } else {
+                    self.triangles.push(t);
+                    self.relative.push(relative);
+                }
+            }
+        }
+        let from = self.crossings.len();
+        self.test(i);
+        for n in 0..self.triangles.len() {
+            self.cut(i, n, cell);
+        }
+        self.crossings[from..].sort_unstable_by_key(|c| (c.facet, c.triangle));
+    }
+
+    /// Cuts the triangles of `pairs`, all of one seed, which owns no corner of theirs.
+    fn cut_cornerless(&mut self, pairs: &[Pair], pieces: &mut Vec<(Pair, Cell)>) {
+        let i = pairs[0].0;
+        let Scene { points, sheet, .. } = self.scene;
+        self.triangles.clear();
+        self.triangles.extend(pairs.iter().map(|p| p.1));
+        self.relative.clear();
+        let relative = |p: &Pair| sheet.surface.corners(p.1).map(|c| c - points[i as usize]);
+        self.relative.extend(pairs.iter().map(relative));
+        self.test(i);
+        for (n, &pair) in pairs.iter().enumerate() {
+            let mut piece = Cell::default();
+            if self.cut(i, n, &mut piece) {
+                pieces.push((pair, piece));
+            }
+        }
+    }
+
+    /// Finds the bisectors of seed `i` that may cut its triangles.
+    fn test(&mut self, i: u32) {
+        self.words.clear();
+        if self.triangles.is_empty() {
             return;
         }
-        self.owners.clear();
-        self.found(a, t);
-        let mut next = 0;
-        while let Some(&i) = self.owners.get(next) {
-            next += 1;
-            let view = View { corners, seed: self.points[i as usize] };
-            self.polygon.clip(&view, self.adjacency.of(i as usize), self.points);
-            self.add_piece(t, i, &view, normal);
-        }
+        let Scene { points, adjacency, arch, .. } = self.scene;
+        self.planes.set(points[i as usize], adjacency.of(i as usize), points);
+        self.planes.test(arch, &self.relative, &mut self.words);
     }
 
-    /// Remembers seed `i` as an owner of a piece of triangle `t`.
-    fn found(&mut self, i: u32, t: u32) {
-        if self.seen[i as usize] != t {
-            self.seen[i as usize] = t;
-            self.owners.push(i);
+    /// Cuts the `n`th triangle by the cell of seed `i` and adds the piece, its cut segments and its crossings; notes the
+    /// seeds across its edges. Whether there is a piece.
+    fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
+        let Scene { points, adjacency, sheet, .. } = self.scene;
+        let t = self.triangles[n];
+        let view = View { corners: sheet.surface.corners(t), seed: points[i as usize] };
+        let neighbors = adjacency.of(i as usize);
+        let seeds = self.planes.doubtful(&self.words, n).map(|k| neighbors[k]);
+        self.polygon.clip(&view, seeds, points);
+        if self.polygon.lines.is_empty() {
+            return false;
         }
-    }
-
-    /// Adds the clipped polygon: the piece, its cut segments and its crossings; spreads to the seeds across its edges.
-    fn add_piece(&mut self, t: u32, i: u32, view: &View, normal: DVec3) {
-        let ids = self.surface.triangles()[t as usize];
         let mut corners = std::mem::take(&mut self.corners);
-        self.polygon.positions(view, i, ids, self.points, &mut corners);
+        let ids = sheet.surface.triangles()[t as usize];
+        self.polygon.positions(&view, i, ids, points, &mut corners);
         let n = corners.len();
-        let cell = self.sums.cell(i);
         for m in 2..n {
             let fan = [corners[0], corners[m - 1], corners[m]];
             cell.add_tet(fan[0], fan[1], fan[2]);
-            cell.add_triangle(fan, normal, self.density.within(ids, view, fan));
+            cell.add_triangle(fan, sheet.normals[t as usize], sheet.density_at(t, view.seed, fan));
         }
         for m in 0..n {
             let Line::Bisector(here) = self.polygon.lines[m] else { continue };
             let j = self.polygon.bisectors[here as usize].seed;
             // The cut segment closes the facet i|j, which sees the surface from the other side.
-            let middle = (self.points[j as usize] - view.seed) * 0.5;
-            self.sums.cell(i).add_tet(middle, corners[(m + 1) % n], corners[m]);
-            self.found(j, t);
-            if let Line::Bisector(before) = self.polygon.lines[(m + n - 1) % n] {
-                self.add_crossing(t, i, view, [before as usize, here as usize], corners[m]);
+            let middle = (points[j as usize] - view.seed) * 0.5;
+            cell.add_tet(middle, corners[if m + 1 < n { m + 1 } else { 0 }], corners[m]);
+            if !self.scene.owns_corner(j, t) {
+                self.beyond.push((j, t));
+            }
+            if let Line::Bisector(before) = self.polygon.lines[if m > 0 { m - 1 } else { n - 1 }] {
+                self.add_crossing(t, i, &view, [before as usize, here as usize], corners[m]);
             }
         }
         self.corners = corners;
+        true
     }
 
     /// Records the crossing where two bisectors meet on triangle `t`; its three cells all see it, the least records it.

@@ -1,166 +1,231 @@
-//! The Voronoi edges inside the solid: which circumcentres are inside, and what the edges between them add.
+//! What the Voronoi edges inside the solid add to the cells around them.
+//!
+//! The dual edge of the facet (p, q, r), from a to b, adds to the cell of each ordered pair (i, j) of its vertices the tet
+//! (x_i, m_ij, a, b), m_ij the middle of the two. With a as origin, D = b - a, X = x - a:
+//!
+//! | of (i, j) and (j, i) | |
+//! |---|---|
+//! | volume, the same for both | d = D . (X_i x X_j) / 12 |
+//! | first moment of i | d (X_j - 5 X_i + 2 D) / 8 |
+//! | second moment, the same for both | d (9 (X_i² + X_j²) - 6 X_i . X_j - 6 (X_i + X_j) . D + 4 D²) / 40 |
+//!
+//! The last uses that a and b are as far from x_i as from x_j. Edges that the surface does not cross, nearly all, are
+//! done many at a time in vectors.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Crossing;
-use super::cell::{Accumulator, Cell, merge};
-use crate::delaunay::{Delaunay, INFINITE};
-use crate::geometry::triangle;
+use super::cell::{Cell, MOMENTS, Sums, merge};
+use super::crossings::Crossings;
+use crate::delaunay::Delaunay;
 
 /// Tets in a block of the work: fixed, so that sums do not depend on the number of threads.
-const BLOCK: usize = 4096;
+const BLOCK: usize = 8192;
+
+/// Edges that are added at once.
+const LANES: usize = 8;
 
 /// The vertices of facet f of a tet, in the order in which the tet's vertex f is on the side that
 /// (q - p) x (r - p) points to.
 pub(super) const FACET: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 
-/// The crossings, found by facet.
-pub(super) struct Crossings<'a> {
-    all: &'a [Crossing],
-    /// For each seed, where the facets begin of which it is the least vertex.
-    first: Vec<u32>,
+/// What the edges are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Edges<'a> {
+    pub(super) delaunay: &'a Delaunay,
+    pub(super) crossings: &'a Crossings<'a>,
+    /// See [`Crossings::marks`].
+    pub(super) marks: &'a [u8],
+    pub(super) winding: &'a [i32],
+    pub(super) centers: &'a [DVec3],
+    pub(super) arch: pulp::Arch,
 }
 
-impl<'a> Crossings<'a> {
-    /// Crossings sorted by facet, over so many seeds.
-    pub(super) fn new(all: &'a [Crossing], seeds: usize) -> Crossings<'a> {
-        let mut first = vec![0; seeds + 1];
-        for c in all {
-            first[c.facet[0] as usize + 1] += 1;
-        }
-        for i in 0..seeds {
-            first[i + 1] += first[i];
-        }
-        Crossings { all, first }
-    }
+/// Two ends of the edges of the facets were found to disagree about what is inside.
+#[derive(Debug)]
+pub(super) struct NotClosed;
 
-    /// The crossings of the Voronoi edge dual to the facet (p, q, r), and whether (p, q, r) is an even permutation of
-    /// the ascending order that their `leaves` speaks of.
-    fn of(&self, [p, q, r]: [u32; 3]) -> (&'a [Crossing], bool) {
-        let mut facet = [p, q, r];
-        let least = p.min(q).min(r) as usize;
-        let own = &self.all[self.first[least] as usize..self.first[least + 1] as usize];
-        if own.is_empty() {
-            return (own, true);
-        }
-        facet.sort_unstable();
-        let from = own.partition_point(|c| c.facet < facet);
-        let count = own[from..].partition_point(|c| c.facet == facet);
-        (&own[from..from + count], (p < q) as u8 + (q < r) as u8 + (r < p) as u8 == 2)
-    }
+/// Facets at hand, for one thread.
+struct Lists {
+    sums: Sums,
+    /// Facets that the surface does not cross, with both ends inside: four times the tet, plus the facet.
+    plain: Vec<u32>,
+    crossed: Vec<u32>,
 }
 
-/// For each tet, how many shells of the surface hold its circumcentre, outward ones counted 1 and inward ones -1: 1
-/// inside the solid and 0 outside. No ray is cast: all is outside at infinity, and along every Voronoi edge the
-/// crossings say what changes. `None` where two ways disagree, which takes a surface that is not closed.
-pub(super) fn winding(delaunay: &Delaunay, crossings: &Crossings) -> Option<Vec<i32>> {
-    const UNKNOWN: i32 = i32::MIN;
-    let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
-    let mut winding = vec![UNKNOWN; vertices.len()];
-    let mut stack: Vec<u32> = (0..vertices.len() as u32).filter(|&t| vertices[t as usize][3] == INFINITE).collect();
-    stack.iter().for_each(|&t| winding[t as usize] = 0);
-    while let Some(t) = stack.pop() {
-        for f in 0..4 {
-            let n = neighbors[t as usize][f].tet();
-            let facet = FACET[f].map(|v| vertices[t as usize][v]);
-            if facet.contains(&INFINITE) {
-                continue;
-            }
-            // From the neighbour to t the dual edge runs along (q - p) x (r - p).
-            let (found, even) = crossings.of(facet);
-            let entered: i32 = found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum();
-            let expected = winding[t as usize] - entered;
-            match &mut winding[n as usize] {
-                w if *w == UNKNOWN => {
-                    *w = expected;
-                    stack.push(n);
+impl Edges<'_> {
+    /// Adds, for every Voronoi edge, what its part inside the solid adds to the cells around it.
+    pub(super) fn add(self, cells: &mut [Cell]) -> Result<(), NotClosed> {
+        let seeds = self.delaunay.points().len();
+        let blocks = self.winding.len().div_ceil(BLOCK);
+        let new_lists = || Lists { sums: Sums::new(seeds), plain: Vec::new(), crossed: Vec::new() };
+        let found: Vec<_> = (0..blocks)
+            .into_par_iter()
+            .map_init(new_lists, |lists, block| {
+                self.list(block * BLOCK..((block + 1) * BLOCK).min(self.winding.len()), lists)?;
+                self.arch.dispatch(AddPlain { edges: self, list: &lists.plain, sums: &mut lists.sums });
+                for &f in &lists.crossed {
+                    self.add_crossed(f, &mut lists.sums)?;
                 }
-                w if *w == expected => {}
-                _ => return None,
+                Ok(lists.sums.take())
+            })
+            .collect::<Result<_, NotClosed>>()?;
+        found.iter().for_each(|block| merge(cells, block));
+        Ok(())
+    }
+
+    /// Lists the facets of some tets, each at one of its two tets.
+    fn list(&self, tets: std::ops::Range<usize>, lists: &mut Lists) -> Result<(), NotClosed> {
+        let neighbors = self.delaunay.neighbors();
+        lists.crossed.clear();
+        lists.plain.clear();
+        lists.plain.resize(4 * tets.len() + 1, 0);
+        let mut count = 0;
+        let mut wrong = false;
+        for t in tets {
+            let (here, marks) = (self.winding[t], self.marks[t]);
+            for f in 0..4 {
+                let n = neighbors[t][f].tet() as usize;
+                let id = (4 * t + f) as u32;
+                let own = t < n;
+                if marks >> f & 1 == 1 {
+                    if own {
+                        lists.crossed.push(id);
+                    }
+                    continue;
+                }
+                wrong |= here != self.winding[n];
+                // Whether a facet is listed is hard to predict: write it in any case.
+                lists.plain[count] = id;
+                count += usize::from(own & (here != 0));
             }
         }
+        lists.plain.truncate(count);
+        if wrong { Err(NotClosed) } else { Ok(()) }
     }
-    Some(winding)
+
+    /// Vertices of the facet `id`, and the tets at the beginning and at the end of its dual edge.
+    #[inline(always)]
+    fn facet(&self, id: u32) -> ([u32; 3], usize, usize) {
+        let (t, f) = ((id / 4) as usize, (id % 4) as usize);
+        let tet = self.delaunay.vertices()[t];
+        (FACET[f].map(|v| tet[v]), self.delaunay.neighbors()[t][f].tet() as usize, t)
+    }
+
+    /// Adds an edge that crosses the surface.
+    ///
+    /// What an interval from a to b adds is the difference of what the ways from one base point to b and to a add, so that
+    /// several crossings need no order along the edge. The base is the first crossing.
+    fn add_crossed(&self, id: u32, sums: &mut Sums) -> Result<(), NotClosed> {
+        let (facet, from, to) = self.facet(id);
+        let (crossings, even) = self.crossings.of(facet);
+        let ends = [from, to].map(|t| self.winding[t]);
+        if ends[0] + self.crossings.entered(facet) != ends[1] {
+            return Err(NotClosed);
+        }
+        let base = crossings[0].point;
+        let corners = facet.map(|i| self.delaunay.points()[i as usize].to_array());
+        let mut add = |to: DVec3, weight: i32| {
+            if weight != 0 {
+                let parts = interval(corners, base.to_array(), to.to_array(), f64::from(weight));
+                facet.iter().zip(parts).for_each(|(&i, part)| sums.add(i, part));
+            }
+        };
+        add(self.centers[from], -ends[0]);
+        for c in &crossings[1..] {
+            add(c.point, if c.leaves == even { 1 } else { -1 });
+        }
+        add(self.centers[to], ends[1]);
+        Ok(())
+    }
 }
 
-/// Adds, for every Voronoi edge, what its part inside the solid adds to the cells around it.
-pub(super) fn add_edges(
-    cells: &mut [Cell],
-    delaunay: &Delaunay,
-    crossings: &Crossings,
-    winding: &[i32],
-    centers: &[DVec3],
-) {
-    let (points, vertices, neighbors) = (delaunay.points(), delaunay.vertices(), delaunay.neighbors());
-    let starts: Vec<usize> = (0..vertices.len()).step_by(BLOCK).collect();
-    let found: Vec<_> = starts
-        .par_iter()
-        .map_init(
-            || Accumulator::new(points.len()),
-            |sums, &start| {
-                for t in start..(start + BLOCK).min(vertices.len()) {
-                    for f in 0..4 {
-                        let n = neighbors[t][f].tet() as usize;
-                        let facet = FACET[f].map(|v| vertices[t][v]);
-                        if t > n || facet.contains(&INFINITE) {
-                            continue;
-                        }
-                        let (found, even) = crossings.of(facet);
-                        let ends = [(winding[n], centers[n]), (winding[t], centers[t])];
-                        add_edge(sums, points, facet, ends, found, even);
+/// Adds edges wholly inside. Compiled for each width of vectors; the operations, and so the sums, are the same in each.
+struct AddPlain<'a> {
+    edges: Edges<'a>,
+    list: &'a [u32],
+    sums: &'a mut Sums,
+}
+
+impl pulp::WithSimd for AddPlain<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let AddPlain { edges, list, sums } = self;
+        let (points, centers) = (edges.delaunay.points(), edges.centers);
+        let mut facets = [[0; 3]; LANES];
+        let mut at = [[[0.0; LANES]; 3]; 5];
+        let mut weights = [0.0; LANES];
+        let mut parts = [[[0.0; LANES]; MOMENTS]; 3];
+        for ids in list.chunks(LANES) {
+            for (l, &id) in ids.iter().enumerate() {
+                let (facet, from, to) = edges.facet(id);
+                let [p, q, r] = facet.map(|i| points[i as usize]);
+                for (k, x) in [p, q, r, centers[from], centers[to]].into_iter().enumerate() {
+                    (at[k][0][l], at[k][1][l], at[k][2][l]) = (x.x, x.y, x.z);
+                }
+                weights[l] = f64::from(edges.winding[to]);
+                facets[l] = facet;
+            }
+            for l in 0..LANES {
+                let [p, q, r, a, b] = [0, 1, 2, 3, 4].map(|k| [at[k][0][l], at[k][1][l], at[k][2][l]]);
+                let found = interval([p, q, r], a, b, weights[l]);
+                for k in 0..3 {
+                    for m in 0..MOMENTS {
+                        parts[k][m][l] = found[k][m];
                     }
                 }
-                sums.take()
-            },
-        )
-        .collect();
-    found.iter().for_each(|block| merge(cells, block));
-}
-
-/// Adds the Voronoi edge dual to facet (p, q, r), which runs between two circumcentres, each with its winding, along
-/// (q - p) x (r - p).
-///
-/// What an interval from a to b adds is the difference of what the ways from one base point to b and to a add, so that
-/// several crossings need no order along the edge.
-fn add_edge(
-    sums: &mut Accumulator,
-    points: &[DVec3],
-    facet: [u32; 3],
-    [(w_from, from), (w_to, to)]: [(i32, DVec3); 2],
-    crossings: &[Crossing],
-    even: bool,
-) {
-    if crossings.is_empty() {
-        if w_to != 0 {
-            add_interval(sums, points, facet, from, to, w_to as f64);
+            }
+            for (l, facet) in facets.iter().enumerate().take(ids.len()) {
+                for (part, &i) in parts.iter().zip(facet) {
+                    sums.add(i, part.map(|lanes| lanes[l]));
+                }
+            }
         }
-        return;
-    }
-    let [p, q, r] = facet.map(|i| points[i as usize]);
-    let base = triangle::circumcenter(p, q, r);
-    if w_from != 0 {
-        add_interval(sums, points, facet, base, from, -(w_from as f64));
-    }
-    for c in crossings {
-        add_interval(sums, points, facet, base, c.point, if c.leaves == even { 1.0 } else { -1.0 });
-    }
-    if w_to != 0 {
-        add_interval(sums, points, facet, base, to, w_to as f64);
     }
 }
 
-/// Adds to the three cells around the Voronoi edge of `facet`, for its interval from `a` to `b`, the tets between each
-/// seed, its midpoints with the two others, a and b; `weight` is 1, or -1 to take them away.
-fn add_interval(sums: &mut Accumulator, points: &[DVec3], facet: [u32; 3], a: DVec3, b: DVec3, weight: f64) {
-    let (a, b) = if weight > 0.0 { (a, b) } else { (b, a) };
-    for side in 0..3 {
-        let (i, j) = (facet[side], facet[(side + 1) % 3]);
-        let (x, y) = (points[i as usize], points[j as usize]);
-        let half = (y - x) * 0.5;
-        for _ in 0..weight.abs() as usize {
-            sums.cell(i).add_tet(half, a - x, b - x);
-            sums.cell(j).add_tet(-half, b - y, a - y);
-        }
-    }
+/// What the interval from `a` to `b` of the Voronoi edge of a facet adds to the cells of its three vertices: volume, first
+/// moment, second moment, all times `weight`.
+#[inline(always)]
+fn interval(facet: [[f64; 3]; 3], a: [f64; 3], b: [f64; 3], weight: f64) -> [[f64; MOMENTS]; 3] {
+    let [p, q, r] = facet.map(|x| minus(x, a));
+    let d = minus(b, a);
+    let twelfth = weight / 12.0;
+    let volumes = [dot(d, cross(p, q)) * twelfth, dot(d, cross(q, r)) * twelfth, dot(d, cross(r, p)) * twelfth];
+    let squares = [9.0 * dot(p, p) - 6.0 * dot(p, d), 9.0 * dot(q, q) - 6.0 * dot(q, d), 9.0 * dot(r, r) - 6.0 * dot(r, d)];
+    let last = 4.0 * dot(d, d);
+    let second = |volume: f64, i: f64, j: f64, ij: f64| volume * (i + j - 6.0 * ij + last) / 40.0;
+    let pq = second(volumes[0], squares[0], squares[1], dot(p, q));
+    let qr = second(volumes[1], squares[1], squares[2], dot(q, r));
+    let rp = second(volumes[2], squares[2], squares[0], dot(r, p));
+    [
+        of_vertex(p, d, q, volumes[0], r, volumes[2], pq + rp),
+        of_vertex(q, d, r, volumes[1], p, volumes[0], qr + pq),
+        of_vertex(r, d, p, volumes[2], q, volumes[1], rp + qr),
+    ]
+}
+
+/// The share of vertex x, whose pairs with y and z have such volumes.
+#[inline(always)]
+fn of_vertex(x: [f64; 3], d: [f64; 3], y: [f64; 3], with_y: f64, z: [f64; 3], with_z: f64, second: f64) -> [f64; MOMENTS] {
+    let volume = with_y + with_z;
+    let moment = |k: usize| (with_y * y[k] + with_z * z[k] + volume * (2.0 * d[k] - 5.0 * x[k])) * 0.125;
+    [volume, moment(0), moment(1), moment(2), second]
+}
+
+#[inline(always)]
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

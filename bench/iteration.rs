@@ -1,0 +1,63 @@
+//! Time of whole iterations, late in a run: `cargo bench --bench iteration -- SURFACE [--seeds N] [--iterations K] [--last L]
+//! [--threads T]`.
+//!
+//! Medians of the last L of K iterations: the clock, and on Linux with one thread the time that the thread was running, which
+//! other work on the machine disturbs less.
+
+use std::time::Instant;
+
+use tetcvt::lloyd::Relaxation;
+use tetcvt::params::{Params, Target};
+use tetcvt::progress::Silent;
+use tetcvt::surface::features::Features;
+use tetcvt::{io, seeds};
+
+fn main() {
+    let (mut surface, mut count, mut iterations, mut last, mut threads) = (None, 20_000, 60, 20, 1);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut number = || arguments.next().and_then(|a| a.parse().ok()).expect("a number follows");
+        match argument.as_str() {
+            "--seeds" => count = number(),
+            "--iterations" => iterations = number(),
+            "--last" => last = number(),
+            "--threads" => threads = number(),
+            "--bench" => {}
+            file => surface = Some(file.to_string()),
+        }
+    }
+    let file = surface.unwrap_or_else(|| "models/torus.obj".to_string());
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().expect("the first pool");
+    let surface = io::read_surface(file.as_ref()).expect("a surface");
+    let params = Params { target: Target::Count(count), tolerance: 0.0, threads, ..Params::default() };
+    let features = Features::find(&surface, params.feature_angle);
+    let seeds = seeds::sample(&surface, &features, &params).expect("seeds");
+    let mut relaxation = Relaxation::new(&surface, &features, &params, seeds).expect("a triangulation");
+    let mut times = Vec::new();
+    for _ in 0..iterations {
+        let (clock, running) = (Instant::now(), running_ms());
+        relaxation.run(1, &mut Silent).expect("an iteration");
+        times.push((clock.elapsed().as_secs_f64() * 1e3, running_ms() - running));
+    }
+    let late = &times[iterations.saturating_sub(last)..];
+    let (clock, running) = (median(late.iter().map(|t| t.0)), median(late.iter().map(|t| t.1)));
+    let (steps, _) = relaxation.into_record();
+    let late = &steps[iterations.saturating_sub(last)..];
+    let update = median(late.iter().map(|s| s.update_s * 1e3));
+    let centroids = median(late.iter().map(|s| s.centroids_s * 1e3));
+    println!("{file}: {count} seeds, {threads} threads, {iterations} iterations, medians of the last {last}, ms");
+    println!("iteration {clock:.2}, running {running:.2}; update {update:.2}, centroids {centroids:.2}");
+    println!("energy {:e}", steps[iterations - 1].energy);
+}
+
+fn median(times: impl Iterator<Item = f64>) -> f64 {
+    let mut times: Vec<f64> = times.collect();
+    times.sort_unstable_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// Milliseconds that this thread has been running; 0 where the system does not say.
+fn running_ms() -> f64 {
+    let line = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    line.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e6
+}

@@ -1,0 +1,122 @@
+//! Where Voronoi edges cross the surface, found by their dual facets; and which circumcentres are inside, which follows.
+
+use rayon::prelude::*;
+
+use super::Crossing;
+use super::voronoi_edges::FACET;
+use crate::delaunay::{Delaunay, INFINITE};
+
+/// Tets that one thread marks in a row.
+const BLOCK: usize = 4096;
+
+/// A place of the table where there is nothing.
+const EMPTY: u32 = u32::MAX;
+
+/// The crossings, found by facet.
+pub(super) struct Crossings<'a> {
+    all: &'a [Crossing],
+    /// Where the crossings of a facet begin, at the place that its vertices hash to or at the next that was free.
+    table: Vec<u32>,
+    /// Whether a seed is a vertex of any facet that has crossings.
+    touched: Vec<bool>,
+}
+
+impl<'a> Crossings<'a> {
+    /// Crossings sorted by facet, over so many seeds.
+    pub(super) fn new(all: &'a [Crossing], seeds: usize) -> Crossings<'a> {
+        let mut table = vec![EMPTY; (4 * all.len()).next_power_of_two()];
+        let mut touched = vec![false; seeds];
+        let mut last = None;
+        for (n, crossing) in all.iter().enumerate() {
+            let facet = crossing.facet;
+            if last == Some(facet) {
+                continue;
+            }
+            last = Some(facet);
+            facet.iter().for_each(|&v| touched[v as usize] = true);
+            let mut place = hash(facet) & (table.len() - 1);
+            while table[place] != EMPTY {
+                place = (place + 1) & (table.len() - 1);
+            }
+            table[place] = n as u32;
+        }
+        Crossings { all, table, touched }
+    }
+
+    /// The crossings of the Voronoi edge dual to the facet (p, q, r), and whether (p, q, r) is an even permutation of
+    /// the ascending order that their `leaves` speaks of.
+    pub(super) fn of(&self, [p, q, r]: [u32; 3]) -> (&'a [Crossing], bool) {
+        let (low, high) = (p.min(q), p.max(q));
+        let facet = [low.min(r), low.max(r).min(high), high.max(r)];
+        let mut place = hash(facet) & (self.table.len() - 1);
+        loop {
+            match self.table[place] {
+                EMPTY => return (&[], true),
+                first if self.all[first as usize].facet == facet => {
+                    let found = &self.all[first as usize..];
+                    let count = found.iter().position(|c| c.facet != facet).unwrap_or(found.len());
+                    return (&found[..count], (p < q) as u8 + (q < r) as u8 + (r < p) as u8 == 2);
+                }
+                _ => place = (place + 1) & (self.table.len() - 1),
+            }
+        }
+    }
+
+    /// For each tet, a bit for each of its facets whose dual edge crosses the surface.
+    pub(super) fn marks(&self, delaunay: &Delaunay) -> Vec<u8> {
+        let vertices = delaunay.vertices();
+        let mut marks = vec![0; vertices.len()];
+        marks.par_chunks_mut(BLOCK).zip(vertices.par_chunks(BLOCK)).for_each(|(marks, tets)| {
+            for (mark, tet) in marks.iter_mut().zip(tets) {
+                let touched = tet.map(|v| self.touched.get(v as usize) == Some(&true));
+                if touched.iter().filter(|&&t| t).count() < 3 {
+                    continue;
+                }
+                for (f, corners) in FACET.into_iter().enumerate() {
+                    if corners.iter().all(|&v| touched[v]) && !self.of(corners.map(|v| tet[v])).0.is_empty() {
+                        *mark |= 1 << f;
+                    }
+                }
+            }
+        });
+        marks
+    }
+
+    /// What the winding changes by along (q - p) x (r - p), over all crossings of the edge dual to the facet (p, q, r).
+    pub(super) fn entered(&self, facet: [u32; 3]) -> i32 {
+        let (found, even) = self.of(facet);
+        found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum()
+    }
+
+    /// For each tet, how many shells of the surface hold its circumcentre, outward ones counted 1 and inward ones -1: 1
+    /// inside the solid and 0 outside. No ray is cast: all is outside at infinity, and along every Voronoi edge the
+    /// crossings say what changes. Whether all ways agree shows where the edges are added up.
+    pub(super) fn winding(&self, delaunay: &Delaunay, marks: &[u8]) -> Vec<i32> {
+        const UNKNOWN: i32 = i32::MIN;
+        let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
+        let mut winding = vec![UNKNOWN; vertices.len()];
+        let mut stack: Vec<u32> = (0..vertices.len() as u32).filter(|&t| vertices[t as usize][3] == INFINITE).collect();
+        stack.iter().for_each(|&t| winding[t as usize] = 0);
+        while let Some(t) = stack.pop() {
+            let (here, marks) = (winding[t as usize], marks[t as usize]);
+            for (f, n) in neighbors[t as usize].iter().map(|facet| facet.tet()).enumerate() {
+                if winding[n as usize] != UNKNOWN {
+                    continue;
+                }
+                // From the neighbour to t the dual edge runs along (q - p) x (r - p).
+                let crossed = marks >> f & 1 == 1;
+                let entered = if crossed { self.entered(FACET[f].map(|v| vertices[t as usize][v])) } else { 0 };
+                winding[n as usize] = here - entered;
+                stack.push(n);
+            }
+        }
+        winding
+    }
+}
+
+/// Spreads the vertices of a facet over the words.
+fn hash([p, q, r]: [u32; 3]) -> usize {
+    const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mixed = (u64::from(p) ^ u64::from(q).rotate_left(21) ^ u64::from(r).rotate_left(42)).wrapping_mul(ODD);
+    (mixed ^ mixed >> 32).wrapping_mul(ODD).wrapping_shr(32) as usize
+}

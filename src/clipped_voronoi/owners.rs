@@ -1,0 +1,121 @@
+//! Which seed owns each vertex of the surface.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::SEEDS;
+use super::planes::Planes;
+use super::polygon::owner;
+use crate::delaunay::Adjacency;
+
+/// Vertices in a block of the first search.
+const BLOCK: usize = 1024;
+
+/// The nearest seed of every vertex, and the vertices by seed.
+#[derive(Default)]
+pub(super) struct Owners {
+    of: Vec<u32>,
+    /// For each seed, where its vertices begin.
+    first: Vec<u32>,
+    /// Vertices by owner, ascending for each.
+    vertices: Vec<u32>,
+}
+
+impl Owners {
+    /// The seed nearest to each vertex.
+    pub(super) fn of(&self) -> &[u32] {
+        &self.of
+    }
+
+    /// The vertices that seed `i` owns.
+    pub(super) fn vertices_of(&self, i: usize) -> &[u32] {
+        &self.vertices[self.first[i] as usize..self.first[i + 1] as usize]
+    }
+
+    /// Follows the seeds to where they are now; those of the last time are the first guess.
+    pub(super) fn update(&mut self, at: &[DVec3], points: &[DVec3], adjacency: &Adjacency, arch: pulp::Arch) {
+        if self.of.len() == at.len() && self.first.len() == points.len() + 1 {
+            let changes = self.verify(at, points, adjacency, arch);
+            if changes.is_empty() {
+                return;
+            }
+            changes.into_iter().for_each(|(v, i)| self.of[v as usize] = i);
+        } else {
+            self.search(at, points, adjacency);
+        }
+        self.group(points.len());
+    }
+
+    /// The vertices that have another owner than before.
+    fn verify(
+        &self,
+        at: &[DVec3],
+        points: &[DVec3],
+        adjacency: &Adjacency,
+        arch: pulp::Arch,
+    ) -> Vec<(u32, u32)> {
+        let parts: Vec<Vec<(u32, u32)>> = (0..points.len().div_ceil(SEEDS))
+            .into_par_iter()
+            .map_init(
+                || (Planes::default(), Vec::new(), Vec::new()),
+                |(planes, triples, words), block| {
+                    let mut changes = Vec::new();
+                    for i in block * SEEDS..((block + 1) * SEEDS).min(points.len()) {
+                        let own = self.vertices_of(i);
+                        if own.is_empty() {
+                            continue;
+                        }
+                        // Three at a time, as if they were triangles.
+                        triples.clear();
+                        words.clear();
+                        let relative = |v: &u32| at[*v as usize] - points[i];
+                        triples.extend(own.chunks(3).map(|three| [0, 1, 2].map(|k| relative(three.get(k).unwrap_or(&three[0])))));
+                        planes.set(points[i], adjacency.of(i), points);
+                        planes.test(arch, triples, words);
+                        for (n, three) in own.chunks(3).enumerate() {
+                            if planes.doubtful(words, n).next().is_some() {
+                                let now = |v: u32| (v, owner(at[v as usize], i as u32, adjacency, points));
+                                changes.extend(three.iter().map(|&v| now(v)).filter(|&(_, j)| j != i as u32));
+                            }
+                        }
+                    }
+                    changes
+                },
+            )
+            .collect();
+        parts.concat()
+    }
+
+    /// Finds all owners, with little to start from.
+    fn search(&mut self, at: &[DVec3], points: &[DVec3], adjacency: &Adjacency) {
+        self.of.resize(at.len(), u32::MAX);
+        self.of.par_chunks_mut(BLOCK).zip(at.par_chunks(BLOCK)).for_each(|(owners, at)| {
+            let mut last = 0;
+            for (mine, &p) in owners.iter_mut().zip(at) {
+                let guess = if (*mine as usize) < points.len() { *mine } else { last };
+                *mine = owner(p, guess, adjacency, points);
+                last = *mine;
+            }
+        });
+    }
+
+    /// Brings the vertices into the order of their owners.
+    fn group(&mut self, seeds: usize) {
+        self.first.clear();
+        self.first.resize(seeds + 1, 0);
+        for &i in &self.of {
+            self.first[i as usize] += 1;
+        }
+        // From counts to ends, which filling from the back turns into beginnings.
+        let mut end = 0;
+        for f in &mut self.first {
+            end += *f;
+            *f = end;
+        }
+        self.vertices.resize(self.of.len(), 0);
+        for (v, &i) in self.of.iter().enumerate().rev() {
+            self.first[i as usize] -= 1;
+            self.vertices[self.first[i as usize] as usize] = v as u32;
+        }
+    }
+}

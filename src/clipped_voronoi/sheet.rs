@@ -1,0 +1,84 @@
+//! The surface, prepared for being cut up many times.
+
+use glam::DVec3;
+
+use super::Density;
+use crate::geometry::triangle::normal2;
+use crate::surface::Surface;
+
+/// What does not change from one set of seeds to the next.
+pub(super) struct Sheet<'a> {
+    pub(super) surface: &'a Surface,
+    /// Unit normals of the triangles.
+    pub(super) normals: Vec<DVec3>,
+    /// For each vertex, where its triangles begin.
+    first: Vec<u32>,
+    /// The triangles of every vertex, ascending.
+    triangles: Vec<u32>,
+    density: Density,
+    /// For each triangle the gradient of its density within its plane; none where the density is even.
+    gradients: Vec<DVec3>,
+}
+
+impl<'a> Sheet<'a> {
+    /// For `surface`, with an even density.
+    pub(super) fn new(surface: &'a Surface) -> Sheet<'a> {
+        let corners = surface.triangles();
+        let unit = |t: usize| surface.normal2(t as u32).normalize_or_zero();
+        let mut first = vec![0u32; surface.points().len() + 1];
+        for &v in corners.as_flattened() {
+            first[v as usize + 1] += 1;
+        }
+        for v in 1..first.len() {
+            first[v] += first[v - 1];
+        }
+        let (mut fill, mut triangles) = (first.clone(), vec![0; 3 * corners.len()]);
+        for (t, ids) in (0..).zip(corners) {
+            for &v in ids {
+                triangles[fill[v as usize] as usize] = t;
+                fill[v as usize] += 1;
+            }
+        }
+        let normals = (0..corners.len()).map(unit).collect();
+        Sheet { surface, normals, first, triangles, density: Density::Uniform, gradients: Vec::new() }
+    }
+
+    /// The triangles at vertex `v`, ascending.
+    pub(super) fn triangles_at(&self, v: u32) -> &[u32] {
+        &self.triangles[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
+    }
+
+    /// From now on weighs the surface by `density`.
+    pub(super) fn set_density(&mut self, density: Density) {
+        self.gradients.clear();
+        if let Density::Vertices(at) = &density {
+            self.gradients.extend(self.surface.triangles().iter().map(|ids| {
+                let [a, b, c] = ids.map(|v| self.surface.points()[v as usize]);
+                let [at_a, at_b, at_c] = ids.map(|v| at[v as usize]);
+                let normal = normal2(a, b, c);
+                let rise = (c - a).cross(normal) * (at_b - at_a) + normal.cross(b - a) * (at_c - at_a);
+                rise / normal.length_squared()
+            }));
+        }
+        self.density = density;
+    }
+
+    /// The density at the corners of triangle `t`.
+    pub(super) fn corner_density(&self, t: u32) -> [f64; 3] {
+        match &self.density {
+            Density::Uniform => [1.0; 3],
+            Density::Vertices(at) => self.surface.triangles()[t as usize].map(|v| at[v as usize]),
+        }
+    }
+
+    /// The density at points of triangle `t`, given relative to `origin`.
+    pub(super) fn density_at<const N: usize>(&self, t: u32, origin: DVec3, points: [DVec3; N]) -> [f64; N] {
+        let Density::Vertices(at) = &self.density else { return [1.0; N] };
+        let ids = self.surface.triangles()[t as usize];
+        let corner = self.surface.points()[ids[0] as usize] - origin;
+        let [a, b, c] = ids.map(|v| at[v as usize]);
+        let gradient = self.gradients[t as usize];
+        // What rounding adds is taken off again, in thin triangles too.
+        points.map(|p| (a + gradient.dot(p - corner)).clamp(a.min(b).min(c), a.max(b).max(c)))
+    }
+}
