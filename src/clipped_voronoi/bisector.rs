@@ -27,7 +27,7 @@ use crate::geometry::predicates::{Sign, lexicographic};
 const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// Differences below this share of their terms leave too few digits for a position, which is then computed exactly.
-const VAGUE: f64 = 1e-5;
+const VAGUE: f64 = 1e-4;
 
 /// The bisector of the cell's seed and another, on one triangle.
 #[derive(Clone, Copy, Debug)]
@@ -35,13 +35,11 @@ pub(super) struct Bisector {
     /// The other seed.
     pub(super) seed: u32,
     /// Its position.
-    at: DVec3,
+    pub(super) at: DVec3,
     /// d at the three corners.
     pub(super) d: [f64; 3],
-    /// Bounds on the size of d there and of the terms that it is the sum of.
-    sizes: [f64; 3],
-    /// The largest of them.
-    size: f64,
+    /// Bound on the size of d and of the terms that it is the sum of.
+    pub(super) size: f64,
 }
 
 /// A triangle of the surface as the cell of one seed sees it.
@@ -57,16 +55,18 @@ impl View {
     /// The bisector with another seed at `at`.
     pub(super) fn bisector(&self, seed: u32, at: DVec3) -> Bisector {
         let apart = self.seed - at;
-        let (mut d, mut sizes) = ([0.0; 3], [0.0; 3]);
-        for c in 0..3 {
-            let twice = (self.corners[c] - self.seed) + (self.corners[c] - at);
-            d[c] = apart.dot(twice);
-            sizes[c] = apart.abs().dot(twice.abs());
+        let (mut d, mut size) = ([0.0; 3], 0.0);
+        for (value, corner) in d.iter_mut().zip(self.corners) {
+            let twice = (corner - self.seed) + (corner - at);
+            *value = apart.dot(twice);
+            let bound = apart.abs().dot(twice.abs());
+            size = if bound > size { bound } else { size };
         }
-        Bisector { seed, at, d, sizes, size: larger(sizes[0], larger(sizes[1], sizes[2])) }
+        Bisector { seed, at, d, size }
     }
 
     /// Side of corner `c`: positive where the cell's seed is closer.
+    #[inline]
     pub(super) fn side_of_corner(&self, c: usize, l: &Bisector) -> Sign {
         // One rounding in `twice`, one in each product, two in the sum: 4 units of each term.
         if l.d[c].abs() > 5.0 * UNIT * l.size {
@@ -119,24 +119,20 @@ impl View {
         self.exact_minor(j, k).sign()
     }
 
-    /// Where on the edge from corner `u` to corner `v` bisector `j` meets it: 0 at its beginning, 1 at its end. The same bits
-    /// for the two seeds of the bisector, whose values of d are opposite, and for both triangles at the edge.
+    /// Where on the edge from corner `u` to corner `v` bisector `j` meets it: 0 at its beginning, 1 at its end. The two seeds of
+    /// the bisector and the two triangles at the edge find the same, within rounding.
     pub(super) fn place_on_edge(&self, u: usize, v: usize, j: &Bisector) -> f64 {
         let (mut from, mut fall) = (j.d[u], j.d[u] - j.d[v]);
-        if fall.abs() < VAGUE * larger(j.sizes[u], j.sizes[v]) {
-            let (from_exact, to_exact) = if later(j.at, self.seed) {
-                (self.exact(j, u), self.exact(j, v))
-            } else {
-                let (view, j) = (View { corners: self.corners, seed: j.at }, Bisector { at: self.seed, ..*j });
-                (view.exact(&j, u), view.exact(&j, v))
-            };
-            (from, fall) = (from_exact.value(), from_exact.minus(&to_exact).value());
+        if fall.abs() < VAGUE * j.size {
+            let exact = self.exact(j, u);
+            (from, fall) = (exact.value(), exact.minus(&self.exact(j, v)).value());
         }
         // It is known to be on the edge: what rounding puts beyond an end is brought back.
         if fall == 0.0 { 0.0 } else { (from / fall).clamp(0.0, 1.0) }
     }
 
-    /// Barycentric coordinates of the point of the triangle where bisectors `j` and `k` meet.
+    /// Barycentric coordinates of the point of the triangle where bisectors `j` and `k` meet. The three seeds find the same,
+    /// within rounding.
     pub(super) fn place_within(&self, j: &Bisector, k: &Bisector) -> [f64; 3] {
         let mut weights = cross(j.d, k.d);
         let sum: f64 = weights.iter().sum();
@@ -219,12 +215,6 @@ fn times(a: Sign, b: Sign) -> Sign {
         Sign::Negative => -a,
         Sign::Zero => Sign::Zero,
     }
-}
-
-/// The larger of two numbers; `f64::max` would also look for NaN.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Cross product of two triples.

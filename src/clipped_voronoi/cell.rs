@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::sheet::Linear;
 use crate::geometry::triangle::normal2;
 
 /// What a seed owns of the solid and of its surface. Moments are relative to the seed.
@@ -34,19 +35,40 @@ impl Cell {
         self.energy += d / 20.0 * (a.length_squared() + b.length_squared() + c.length_squared() + sum.length_squared());
     }
 
-    /// Adds a triangle of the surface with a density at each corner, linear between them: of degree 1 in the mass, of
-    /// degree 2 in the moment, both exact.
+    /// Adds a convex piece of the surface, with corners relative to the seed, and the cone over it.
     ///
     /// Its area counts along the unit normal `normal` of the surface, so that the pieces of a triangle add up to it
-    /// whatever rounding did to their corners.
-    pub(super) fn add_triangle(&mut self, corners: [DVec3; 3], normal: DVec3, density: [f64; 3]) {
-        let [a, b, c] = corners;
-        let area = normal2(a, b, c).dot(normal) / 2.0;
-        let mass: f64 = density.iter().sum();
-        self.area += area;
-        self.area_mass += area * mass / 3.0;
-        let weighted = a * density[0] + b * density[1] + c * density[2];
-        self.area_moment += ((a + b + c) * mass + weighted) * (area / 12.0);
+    /// whatever rounding did to their corners. With A, M and E the integrals of 1, x and |x|² over the piece and h the height
+    /// of its plane over the seed, those over the cone are h A / 3, h M / 4 and h E / 5. A density, linear on the piece, is of
+    /// degree 1 in the mass and of degree 2 in the moment, both exact.
+    pub(super) fn add_polygon(&mut self, corners: &[DVec3], normal: DVec3, density: Linear) {
+        let (mut area, mut first, mut second) = (0.0, DVec3::ZERO, 0.0);
+        let a = corners[0];
+        for pair in corners[1..].windows(2) {
+            let [b, c] = [pair[0], pair[1]];
+            let part = normal2(a, b, c).dot(normal);
+            let sum = a + b + c;
+            let squares = a.length_squared() + b.length_squared() + c.length_squared() + sum.length_squared();
+            area += part;
+            first += sum * part;
+            second += squares * part;
+            if density.constant().is_none() {
+                let at = [a, b, c].map(|p| density.at(p));
+                let mass: f64 = at.iter().sum();
+                let weighted = a * at[0] + b * at[1] + c * at[2];
+                self.area_mass += part * mass / 6.0;
+                self.area_moment += (sum * mass + weighted) * (part / 24.0);
+            }
+        }
+        let height = normal.dot(a);
+        self.volume += height * area / 6.0;
+        self.moment += first * (height / 24.0);
+        self.energy += height * second / 120.0;
+        self.area += area / 2.0;
+        if let Some(density) = density.constant() {
+            self.area_mass += density * area / 2.0;
+            self.area_moment += first * (density / 6.0);
+        }
     }
 
     /// Adds what another part of the work found for the same cell.

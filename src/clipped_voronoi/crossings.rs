@@ -1,10 +1,10 @@
-//! Where Voronoi edges cross the surface, found by their dual facets; and which circumcentres are inside, which follows.
+//! Where Voronoi edges cross the surface, found by their dual facets.
 
 use rayon::prelude::*;
 
 use super::Crossing;
 use super::voronoi_edges::FACET;
-use crate::delaunay::{Delaunay, INFINITE};
+use crate::delaunay::Delaunay;
 
 /// Tets that one thread marks in a row.
 const BLOCK: usize = 4096;
@@ -62,13 +62,18 @@ impl<'a> Crossings<'a> {
         }
     }
 
+    /// Whether the surface crosses any Voronoi edge of seed `v`; no for the infinite vertex.
+    pub(super) fn touches(&self, v: u32) -> bool {
+        self.touched.get(v as usize) == Some(&true)
+    }
+
     /// For each tet, a bit for each of its facets whose dual edge crosses the surface.
     pub(super) fn marks(&self, delaunay: &Delaunay) -> Vec<u8> {
         let vertices = delaunay.vertices();
         let mut marks = vec![0; vertices.len()];
         marks.par_chunks_mut(BLOCK).zip(vertices.par_chunks(BLOCK)).for_each(|(marks, tets)| {
             for (mark, tet) in marks.iter_mut().zip(tets) {
-                let touched = tet.map(|v| self.touched.get(v as usize) == Some(&true));
+                let touched = tet.map(|v| self.touches(v));
                 if touched.iter().filter(|&&t| t).count() < 3 {
                     continue;
                 }
@@ -86,31 +91,6 @@ impl<'a> Crossings<'a> {
     pub(super) fn entered(&self, facet: [u32; 3]) -> i32 {
         let (found, even) = self.of(facet);
         found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum()
-    }
-
-    /// For each tet, how many shells of the surface hold its circumcentre, outward ones counted 1 and inward ones -1: 1
-    /// inside the solid and 0 outside. No ray is cast: all is outside at infinity, and along every Voronoi edge the
-    /// crossings say what changes. Whether all ways agree shows where the edges are added up.
-    pub(super) fn winding(&self, delaunay: &Delaunay, marks: &[u8]) -> Vec<i32> {
-        const UNKNOWN: i32 = i32::MIN;
-        let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
-        let mut winding = vec![UNKNOWN; vertices.len()];
-        let mut stack: Vec<u32> = (0..vertices.len() as u32).filter(|&t| vertices[t as usize][3] == INFINITE).collect();
-        stack.iter().for_each(|&t| winding[t as usize] = 0);
-        while let Some(t) = stack.pop() {
-            let (here, marks) = (winding[t as usize], marks[t as usize]);
-            for (f, n) in neighbors[t as usize].iter().map(|facet| facet.tet()).enumerate() {
-                if winding[n as usize] != UNKNOWN {
-                    continue;
-                }
-                // From the neighbour to t the dual edge runs along (q - p) x (r - p).
-                let crossed = marks >> f & 1 == 1;
-                let entered = if crossed { self.entered(FACET[f].map(|v| vertices[t as usize][v])) } else { 0 };
-                winding[n as usize] = here - entered;
-                stack.push(n);
-            }
-        }
-        winding
     }
 }
 

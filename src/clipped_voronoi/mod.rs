@@ -18,7 +18,7 @@
 
 use glam::DVec3;
 
-use crate::delaunay::{Adjacency, Delaunay};
+use crate::delaunay::{Adjacency, Delaunay, Follower};
 use crate::surface::Surface;
 
 mod bisector;
@@ -43,6 +43,8 @@ mod surface_pieces;
 
 mod voronoi_edges;
 
+mod winding;
+
 pub use cell::Cell;
 
 use crossings::Crossings;
@@ -50,6 +52,7 @@ use owners::Owners;
 use sheet::Sheet;
 use surface_pieces::{Pair, Scene};
 use voronoi_edges::Edges;
+use winding::Winding;
 
 /// Seeds in a block of the work, most of which have nothing to do with the surface.
 const SEEDS: usize = 256;
@@ -97,8 +100,10 @@ pub enum Density {
 /// Clips the cells of one triangulation after another by one surface, and remembers what helps with the next.
 pub struct Clipper<'a> {
     sheet: Sheet<'a>,
+    adjacency: Follower,
     owners: Owners,
     cornerless: Vec<Pair>,
+    winding: Winding,
     arch: pulp::Arch,
 }
 
@@ -106,7 +111,8 @@ impl<'a> Clipper<'a> {
     /// For cells clipped by `surface`.
     pub fn new(surface: &'a Surface) -> Clipper<'a> {
         let (sheet, arch) = (Sheet::new(surface), pulp::Arch::new());
-        Clipper { sheet, owners: Owners::default(), cornerless: Vec::new(), arch }
+        let (adjacency, owners) = (Follower::default(), Owners::default());
+        Clipper { sheet, adjacency, owners, cornerless: Vec::new(), winding: Winding::default(), arch }
     }
 
     /// From now on, weighs [`Cell::area_moment`] and [`Cell::area_mass`] by a density of the surface.
@@ -120,23 +126,31 @@ impl<'a> Clipper<'a> {
     /// If the surface crosses nothing but is not closed: a [`Surface`] cannot be built so.
     pub fn clip(&mut self, delaunay: &Delaunay) -> ClippedVoronoi {
         let (points, arch) = (delaunay.points(), self.arch);
-        let adjacency = delaunay.adjacency();
-        self.owners.update(self.sheet.surface.points(), points, &adjacency, arch);
+        let adjacency = self.adjacency.follow(delaunay);
+        self.owners.update(self.sheet.surface.points(), points, adjacency, arch);
 
         let mut cells = vec![Cell::default(); points.len()];
-        let scene = Scene { points, adjacency: &adjacency, sheet: &self.sheet, owners: &self.owners, arch };
+        let scene = Scene { points, adjacency, sheet: &self.sheet, owners: &self.owners, arch };
         let crossings = surface_pieces::add_pieces(&mut cells, scene, &mut self.cornerless);
 
         let by_facet = Crossings::new(&crossings, points.len());
         let marks = by_facet.marks(delaunay);
-        let winding = by_facet.winding(delaunay, &marks);
-        let centers = circumcenters::circumcenters(delaunay, &winding);
-        let edges = Edges { delaunay, crossings: &by_facet, marks: &marks, winding: &winding, centers: &centers, arch };
-        edges
-            .add(&mut cells)
-            .expect("a closed surface changes sides an even number of times: this is a bug in tetcvt");
+        let mut agreed = false;
+        for _ in 0..2 {
+            self.winding.update(delaunay, &by_facet, &marks);
+            let winding = self.winding.of_tets();
+            let centers = circumcenters::circumcenters(delaunay, winding);
+            let edges = Edges { delaunay, crossings: &by_facet, marks: &marks, winding, centers: &centers, arch };
+            agreed = edges.add(&mut cells).is_ok();
+            if agreed {
+                break;
+            }
+            // A cell with no crossing went from one side of the surface to the other.
+            self.winding.forget();
+        }
+        assert!(agreed, "a closed surface changes sides an even number of times: this is a bug in tetcvt");
 
-        let inside = winding.iter().map(|&w| w > 0).collect();
-        ClippedVoronoi { cells, inside, crossings, adjacency }
+        let inside = self.winding.of_tets().iter().map(|&w| w > 0).collect();
+        ClippedVoronoi { cells, inside, crossings, adjacency: adjacency.clone() }
     }
 }

@@ -57,8 +57,8 @@ impl Owners {
         let parts: Vec<Vec<(u32, u32)>> = (0..points.len().div_ceil(SEEDS))
             .into_par_iter()
             .map_init(
-                || (Planes::default(), Vec::new(), Vec::new()),
-                |(planes, triples, words), block| {
+                || (Planes::default(), Vec::new()),
+                |(planes, triples), block| {
                     let mut changes = Vec::new();
                     for i in block * SEEDS..((block + 1) * SEEDS).min(points.len()) {
                         let own = self.vertices_of(i);
@@ -67,13 +67,12 @@ impl Owners {
                         }
                         // Three at a time, as if they were triangles.
                         triples.clear();
-                        words.clear();
-                        let relative = |v: &u32| at[*v as usize] - points[i];
-                        triples.extend(own.chunks(3).map(|three| [0, 1, 2].map(|k| relative(three.get(k).unwrap_or(&three[0])))));
-                        planes.set(points[i], adjacency.of(i), points);
-                        planes.test(arch, triples, words);
+                        let position = |v: &u32| at[*v as usize];
+                        let triple = |three: &[u32]| [0, 1, 2].map(|k| position(three.get(k).unwrap_or(&three[0])));
+                        triples.extend(own.chunks(3).map(triple));
+                        planes.set(arch, points[i], adjacency.of(i), points, triples);
                         for (n, three) in own.chunks(3).enumerate() {
-                            if planes.doubtful(words, n).next().is_some() {
+                            if planes.doubtful(n).next().is_some() {
                                 let now = |v: u32| (v, owner(at[v as usize], i as u32, adjacency, points));
                                 changes.extend(three.iter().map(|&v| now(v)).filter(|&(_, j)| j != i as u32));
                             }

@@ -31,12 +31,11 @@ pub(super) struct Polygon {
 
 impl Polygon {
     /// Clips the triangle of `view` by the bisectors with other seeds (Sutherland, Hodgman 1974, on exact signs).
-    pub(super) fn clip(&mut self, view: &View, seeds: impl Iterator<Item = u32>, points: &[DVec3]) {
+    pub(super) fn clip(&mut self, view: &View, bisectors: impl Iterator<Item = Bisector>) {
         self.bisectors.clear();
         self.lines.clear();
         self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
-        for seed in seeds {
-            let l = view.bisector(seed, points[seed as usize]);
+        for l in bisectors {
             let corners = [0, 1, 2].map(|c| view.side_of_corner(c, &l));
             if corners == [Sign::Positive; 3] {
                 continue;
@@ -86,37 +85,29 @@ impl Polygon {
         }
     }
 
-    /// Positions of the vertices, relative to the cell's seed. `ids` are the surface's vertices at the corners: two
-    /// triangles that share an edge, and cells that share a vertex, compute its position alike to the last bit.
-    pub(super) fn positions(&self, view: &View, seed: u32, ids: [u32; 3], points: &[DVec3], out: &mut Vec<DVec3>) {
+    /// Positions of the vertices, relative to the cell's seed as the triangle's `corners` are. `ids` are the surface's vertices
+    /// at these: two triangles that share an edge go along it the same way.
+    pub(super) fn positions(&self, view: &View, corners: [DVec3; 3], ids: [u32; 3], out: &mut Vec<DVec3>) {
         out.clear();
-        let n = self.lines.len();
-        for m in 0..n {
-            let p = match (self.lines[(m + n - 1) % n], self.lines[m]) {
-                (Line::Edge(_), Line::Edge(c)) => view.corners[c as usize],
+        let mut before = self.lines[self.lines.len() - 1];
+        for &line in &self.lines {
+            out.push(match (before, line) {
+                (Line::Edge(_), Line::Edge(c)) => corners[c as usize],
                 (Line::Edge(e), Line::Bisector(j)) | (Line::Bisector(j), Line::Edge(e)) => {
                     let (u, v) = (e as usize, (e as usize + 1) % 3);
                     let (u, v) = if ids[u] < ids[v] { (u, v) } else { (v, u) };
                     let t = view.place_on_edge(u, v, &self.bisectors[j as usize]);
-                    view.corners[u] + (view.corners[v] - view.corners[u]) * t
+                    corners[u] + (corners[v] - corners[u]) * t
                 }
                 (Line::Bisector(j), Line::Bisector(k)) => {
-                    let others = [self.bisectors[j as usize].seed, self.bisectors[k as usize].seed];
-                    let mut seeds = [seed, others[0], others[1]];
-                    seeds.sort_unstable();
-                    within(view.corners, seeds.map(|s| points[s as usize]))
+                    let (j, k) = (&self.bisectors[j as usize], &self.bisectors[k as usize]);
+                    let [_, b, c] = view.place_within(j, k);
+                    corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
                 }
-            };
-            out.push(p - view.seed);
+            });
+            before = line;
         }
     }
-}
-
-/// Where the bisectors of three seeds meet on the triangle with these corners.
-fn within(corners: [DVec3; 3], [i, j, k]: [DVec3; 3]) -> DVec3 {
-    let view = View { corners, seed: i };
-    let [_, b, c] = view.place_within(&view.bisector(0, j), &view.bisector(0, k));
-    corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
 }
 
 /// The seed that owns point `at`, by descent over Delaunay neighbours from `start`: Voronoi cells are convex, so a seed

@@ -63,22 +63,40 @@ impl<'a> Sheet<'a> {
         self.density = density;
     }
 
-    /// The density at the corners of triangle `t`.
-    pub(super) fn corner_density(&self, t: u32) -> [f64; 3] {
-        match &self.density {
-            Density::Uniform => [1.0; 3],
-            Density::Vertices(at) => self.surface.triangles()[t as usize].map(|v| at[v as usize]),
+    /// The density on triangle `t`, for points given relative to `origin`.
+    pub(super) fn density(&self, t: u32, origin: DVec3) -> Linear {
+        let Density::Vertices(at) = &self.density else { return Linear::EVEN };
+        let ids = self.surface.triangles()[t as usize];
+        let [a, b, c] = ids.map(|v| at[v as usize]);
+        Linear {
+            base: a,
+            from: self.surface.points()[ids[0] as usize] - origin,
+            gradient: self.gradients[t as usize],
+            range: [a.min(b).min(c), a.max(b).max(c)],
         }
     }
+}
 
-    /// The density at points of triangle `t`, given relative to `origin`.
-    pub(super) fn density_at<const N: usize>(&self, t: u32, origin: DVec3, points: [DVec3; N]) -> [f64; N] {
-        let Density::Vertices(at) = &self.density else { return [1.0; N] };
-        let ids = self.surface.triangles()[t as usize];
-        let corner = self.surface.points()[ids[0] as usize] - origin;
-        let [a, b, c] = ids.map(|v| at[v as usize]);
-        let gradient = self.gradients[t as usize];
-        // What rounding adds is taken off again, in thin triangles too.
-        points.map(|p| (a + gradient.dot(p - corner)).clamp(a.min(b).min(c), a.max(b).max(c)))
+/// A function on a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linear {
+    base: f64,
+    from: DVec3,
+    gradient: DVec3,
+    range: [f64; 2],
+}
+
+impl Linear {
+    /// 1 everywhere.
+    const EVEN: Linear = Linear { base: 1.0, from: DVec3::ZERO, gradient: DVec3::ZERO, range: [1.0; 2] };
+
+    /// Whether it has the same value everywhere.
+    pub(super) fn constant(&self) -> Option<f64> {
+        (self.range[0] == self.range[1]).then_some(self.base)
+    }
+
+    /// Its value at a point; what rounding adds is taken off again, in thin triangles too.
+    pub(super) fn at(&self, p: DVec3) -> f64 {
+        (self.base + self.gradient.dot(p - self.from)).clamp(self.range[0], self.range[1])
     }
 }

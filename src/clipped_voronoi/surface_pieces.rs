@@ -44,10 +44,9 @@ struct Cutter<'a> {
     planes: Planes,
     polygon: Polygon,
     corners: Vec<DVec3>,
-    /// Triangles to be cut for one seed, and relative to it.
+    /// Triangles to be cut for one seed, and their corners.
     triangles: Vec<u32>,
-    relative: Vec<[DVec3; 3]>,
-    words: Vec<u64>,
+    at: Vec<[DVec3; 3]>,
     crossings: Vec<Crossing>,
     /// Seeds that own a piece of a triangle but none of its corners.
     beyond: Vec<Pair>,
@@ -143,8 +142,7 @@ impl<'a> Cutter<'a> {
             polygon: Polygon::default(),
             corners: Vec::new(),
             triangles: Vec::new(),
-            relative: Vec::new(),
-            words: Vec::new(),
+            at: Vec::new(),
             crossings: Vec::new(),
             beyond: Vec::new(),
         }
@@ -160,7 +158,7 @@ impl<'a> Cutter<'a> {
         let Scene { points, sheet, owners, .. } = self.scene;
         let seed = points[i as usize];
         self.triangles.clear();
-        self.relative.clear();
+        self.at.clear();
         for &v in owners.vertices_of(i as usize) {
             for &t in sheet.triangles_at(v) {
                 let ids = sheet.surface.triangles()[t as usize];
@@ -170,13 +168,12 @@ impl<'a> Cutter<'a> {
                 if first.is_none_or(|c| ids[c] != v) {
                     continue;
                 }
-                let relative = sheet.surface.corners(t).map(|p| p - seed);
+                let at = sheet.surface.corners(t);
                 if own == [true; 3] {
-                    cell.add_tet(relative[0], relative[1], relative[2]);
-                    cell.add_triangle(relative, sheet.normals[t as usize], sheet.corner_density(t));
+                    cell.add_polygon(&at.map(|p| p - seed), sheet.normals[t as usize], sheet.density(t, seed));
                 } else {
                     self.triangles.push(t);
-                    self.relative.push(relative);
+                    self.at.push(at);
                 }
             }
         }
@@ -191,12 +188,11 @@ impl<'a> Cutter<'a> {
     /// Cuts the triangles of `pairs`, all of one seed, which owns no corner of theirs.
     fn cut_cornerless(&mut self, pairs: &[Pair], pieces: &mut Vec<(Pair, Cell)>) {
         let i = pairs[0].0;
-        let Scene { points, sheet, .. } = self.scene;
+        let sheet = self.scene.sheet;
         self.triangles.clear();
         self.triangles.extend(pairs.iter().map(|p| p.1));
-        self.relative.clear();
-        let relative = |p: &Pair| sheet.surface.corners(p.1).map(|c| c - points[i as usize]);
-        self.relative.extend(pairs.iter().map(relative));
+        self.at.clear();
+        self.at.extend(pairs.iter().map(|p| sheet.surface.corners(p.1)));
         self.test(i);
         for (n, &pair) in pairs.iter().enumerate() {
             let mut piece = Cell::default();
@@ -208,43 +204,35 @@ impl<'a> Cutter<'a> {
 
     /// Finds the bisectors of seed `i` that may cut its triangles.
     fn test(&mut self, i: u32) {
-        self.words.clear();
-        if self.triangles.is_empty() {
-            return;
+        if !self.triangles.is_empty() {
+            let Scene { points, adjacency, arch, .. } = self.scene;
+            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, &self.at);
         }
-        let Scene { points, adjacency, arch, .. } = self.scene;
-        self.planes.set(points[i as usize], adjacency.of(i as usize), points);
-        self.planes.test(arch, &self.relative, &mut self.words);
     }
 
     /// Cuts the `n`th triangle by the cell of seed `i` and adds the piece, its cut segments and its crossings; notes the
     /// seeds across its edges. Whether there is a piece.
     fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
-        let Scene { points, adjacency, sheet, .. } = self.scene;
+        let Scene { points, sheet, .. } = self.scene;
         let t = self.triangles[n];
-        let view = View { corners: sheet.surface.corners(t), seed: points[i as usize] };
-        let neighbors = adjacency.of(i as usize);
-        let seeds = self.planes.doubtful(&self.words, n).map(|k| neighbors[k]);
-        self.polygon.clip(&view, seeds, points);
+        let view = View { corners: self.at[n], seed: points[i as usize] };
+        let relative = view.corners.map(|c| c - view.seed);
+        self.polygon.clip(&view, self.planes.cutting(n, relative));
         if self.polygon.lines.is_empty() {
             return false;
         }
         let mut corners = std::mem::take(&mut self.corners);
-        let ids = sheet.surface.triangles()[t as usize];
-        self.polygon.positions(&view, i, ids, points, &mut corners);
+        self.polygon.positions(&view, relative, sheet.surface.triangles()[t as usize], &mut corners);
+        cell.add_polygon(&corners, sheet.normals[t as usize], sheet.density(t, view.seed));
+        let owners = self.scene.corner_owners(t);
         let n = corners.len();
-        for m in 2..n {
-            let fan = [corners[0], corners[m - 1], corners[m]];
-            cell.add_tet(fan[0], fan[1], fan[2]);
-            cell.add_triangle(fan, sheet.normals[t as usize], sheet.density_at(t, view.seed, fan));
-        }
         for m in 0..n {
             let Line::Bisector(here) = self.polygon.lines[m] else { continue };
             let j = self.polygon.bisectors[here as usize].seed;
             // The cut segment closes the facet i|j, which sees the surface from the other side.
             let middle = (points[j as usize] - view.seed) * 0.5;
             cell.add_tet(middle, corners[if m + 1 < n { m + 1 } else { 0 }], corners[m]);
-            if !self.scene.owns_corner(j, t) {
+            if !owners.contains(&j) {
                 self.beyond.push((j, t));
             }
             if let Line::Bisector(before) = self.polygon.lines[if m > 0 { m - 1 } else { n - 1 }] {

@@ -39,7 +39,7 @@ use std::fmt;
 
 use glam::DVec3;
 
-pub use adjacency::Adjacency;
+pub use adjacency::{Adjacency, Follower};
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
 pub use relocate::{Phases, Relocation};

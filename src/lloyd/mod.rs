@@ -222,7 +222,9 @@ impl<'a> Relaxation<'a> {
     /// The centroid of the piece of the surface, brought back onto it.
     fn surface_target(&self, at: DVec3, triangle: u32, cell: &Cell) -> (DVec3, Anchor) {
         if cell.area_mass > 0.0 {
-            self.onto_surface(at + cell.area_moment / cell.area_mass)
+            let guess = self.surface.corners(triangle);
+            let closest = self.surface.tree().closest_near(at + cell.area_moment / cell.area_mass, triangle, guess);
+            (snap(closest.point), Anchor::Surface { triangle: closest.triangle })
         } else {
             (at, Anchor::Surface { triangle })
         }

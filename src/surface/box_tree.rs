@@ -158,8 +158,21 @@ impl BoxTree {
     /// # Panics
     /// If the tree has no triangles, or `p` is not finite.
     pub fn closest(&self, p: DVec3) -> Closest {
+        self.closest_below(p, Closest { point: p, triangle: u32::MAX, distance2: f64::INFINITY })
+    }
+
+    /// The same as [`BoxTree::closest`], faster if `guess` is a triangle close to `p`, with these corners.
+    ///
+    /// # Panics
+    /// If the tree has no triangles, or `p` is not finite.
+    pub fn closest_near(&self, p: DVec3, guess: u32, corners: [DVec3; 3]) -> Closest {
+        let point = triangle::closest_point(corners, p);
+        self.closest_below(p, Closest { point, triangle: guess, distance2: point.distance_squared(p) })
+    }
+
+    /// The closest point, if it is not `best`, one that is known.
+    fn closest_below(&self, p: DVec3, mut best: Closest) -> Closest {
         let q = self.local(p);
-        let mut best = Closest { point: p, triangle: u32::MAX, distance2: f64::INFINITY };
         // What rounding to single precision can take off a distance, squared; queries may be far away.
         let slack = 1e-12 * (1.0 + f64::from(q[0].abs().max(q[1].abs()).max(q[2].abs()))).powi(2);
         let scale2 = self.scale * self.scale;
