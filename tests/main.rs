@@ -33,6 +33,9 @@ mod seeds;
 // Moments of clipped cells against closed forms and Monte Carlo.
 mod clipped_voronoi;
 
+// The same moments in exact integers.
+mod moments;
+
 // Energy, determinism.
 mod lloyd;
 

@@ -131,6 +131,13 @@ impl View {
         if fall == 0.0 { 0.0 } else { (from / fall).clamp(0.0, 1.0) }
     }
 
+    /// Whether bisector `j` runs nearly along an edge that it meets, so that where needs exact arithmetic.
+    pub(super) fn is_vague(&self, j: &Bisector, signs: [Sign; 3]) -> bool {
+        [(0, 1), (1, 2), (2, 0)]
+            .into_iter()
+            .any(|(u, v)| signs[u] != signs[v] && (j.d[u] - j.d[v]).abs() < VAGUE * j.size)
+    }
+
     /// Barycentric coordinates of the point of the triangle where bisectors `j` and `k` meet. The three seeds find the same,
     /// within rounding.
     pub(super) fn place_within(&self, j: &Bisector, k: &Bisector) -> [f64; 3] {

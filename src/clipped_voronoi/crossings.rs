@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::Crossing;
-use super::voronoi_edges::FACET;
 use crate::delaunay::Delaunay;
 
 /// Tets that one thread marks in a row.
@@ -11,6 +10,10 @@ const BLOCK: usize = 4096;
 
 /// A place of the table where there is nothing.
 const EMPTY: u32 = u32::MAX;
+
+/// The vertices of facet f of a tet, in the order in which the tet's vertex f is on the side that
+/// (q - p) x (r - p) points to.
+pub(super) const FACET: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 
 /// The crossings, found by facet.
 pub(super) struct Crossings<'a> {

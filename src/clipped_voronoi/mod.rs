@@ -39,6 +39,8 @@ mod polygon;
 
 mod sheet;
 
+mod slices;
+
 mod surface_pieces;
 
 mod voronoi_edges;

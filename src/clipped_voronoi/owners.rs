@@ -47,13 +47,7 @@ impl Owners {
     }
 
     /// The vertices that have another owner than before.
-    fn verify(
-        &self,
-        at: &[DVec3],
-        points: &[DVec3],
-        adjacency: &Adjacency,
-        arch: pulp::Arch,
-    ) -> Vec<(u32, u32)> {
+    fn verify(&self, at: &[DVec3], points: &[DVec3], adjacency: &Adjacency, arch: pulp::Arch) -> Vec<(u32, u32)> {
         let parts: Vec<Vec<(u32, u32)>> = (0..points.len().div_ceil(SEEDS))
             .into_par_iter()
             .map_init(

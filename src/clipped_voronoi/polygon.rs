@@ -85,6 +85,16 @@ impl Polygon {
         }
     }
 
+    /// The only bisector among the lines, if there is just one, with its sides of the corners.
+    pub(super) fn single(&self, view: &View) -> Option<(&Bisector, [Sign; 3])> {
+        let mut cuts = self.lines.iter().filter_map(|line| match *line {
+            Line::Bisector(j) => Some(&self.bisectors[j as usize]),
+            Line::Edge(_) => None,
+        });
+        let (first, second) = (cuts.next()?, cuts.next());
+        second.is_none().then(|| (first, [0, 1, 2].map(|c| view.side_of_corner(c, first))))
+    }
+
     /// Positions of the vertices, relative to the cell's seed as the triangle's `corners` are. `ids` are the surface's vertices
     /// at these: two triangles that share an edge go along it the same way.
     pub(super) fn positions(&self, view: &View, corners: [DVec3; 3], ids: [u32; 3], out: &mut Vec<DVec3>) {

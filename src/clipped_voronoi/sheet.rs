@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Density;
+use super::slices::Face;
 use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
 
@@ -10,7 +11,7 @@ use crate::surface::Surface;
 pub(super) struct Sheet<'a> {
     pub(super) surface: &'a Surface,
     /// Unit normals of the triangles.
-    pub(super) normals: Vec<DVec3>,
+    normals: Vec<DVec3>,
     /// For each vertex, where its triangles begin.
     first: Vec<u32>,
     /// The triangles of every vertex, ascending.
@@ -63,27 +64,27 @@ impl<'a> Sheet<'a> {
         self.density = density;
     }
 
-    /// The density on triangle `t`, for points given relative to `origin`.
-    pub(super) fn density(&self, t: u32, origin: DVec3) -> Linear {
+    /// Triangle `t`, whose corners are `at`, relative to `origin`.
+    pub(super) fn face(&self, t: u32, at: [DVec3; 3], origin: DVec3) -> Face {
+        let (corners, ids) = (at.map(|p| p - origin), self.surface.triangles()[t as usize]);
+        Face { corners, ids, normal: self.normals[t as usize], density: self.density(t, ids, corners[0]) }
+    }
+
+    /// The density on triangle `t`, for points relative to what its first corner `from` is relative to.
+    fn density(&self, t: u32, ids: [u32; 3], from: DVec3) -> Linear {
         let Density::Vertices(at) = &self.density else { return Linear::EVEN };
-        let ids = self.surface.triangles()[t as usize];
         let [a, b, c] = ids.map(|v| at[v as usize]);
-        Linear {
-            base: a,
-            from: self.surface.points()[ids[0] as usize] - origin,
-            gradient: self.gradients[t as usize],
-            range: [a.min(b).min(c), a.max(b).max(c)],
-        }
+        Linear { base: a, from, gradient: self.gradients[t as usize], range: [a.min(b).min(c), a.max(b).max(c)] }
     }
 }
 
 /// A function on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Linear {
-    base: f64,
-    from: DVec3,
-    gradient: DVec3,
-    range: [f64; 2],
+    pub(super) base: f64,
+    pub(super) from: DVec3,
+    pub(super) gradient: DVec3,
+    pub(super) range: [f64; 2],
 }
 
 impl Linear {

@@ -18,6 +18,7 @@ use super::owners::Owners;
 use super::planes::Planes;
 use super::polygon::{Line, Polygon};
 use super::sheet::Sheet;
+use super::slices::Slices;
 use super::{Crossing, SEEDS};
 use crate::delaunay::Adjacency;
 use crate::geometry::predicates::Sign;
@@ -43,6 +44,7 @@ struct Cutter<'a> {
     scene: Scene<'a>,
     planes: Planes,
     polygon: Polygon,
+    slices: Slices,
     corners: Vec<DVec3>,
     /// Triangles to be cut for one seed, and their corners.
     triangles: Vec<u32>,
@@ -140,6 +142,7 @@ impl<'a> Cutter<'a> {
             scene,
             planes: Planes::default(),
             polygon: Polygon::default(),
+            slices: Slices::default(),
             corners: Vec::new(),
             triangles: Vec::new(),
             at: Vec::new(),
@@ -170,7 +173,7 @@ impl<'a> Cutter<'a> {
                 }
                 let at = sheet.surface.corners(t);
                 if own == [true; 3] {
-                    cell.add_polygon(&at.map(|p| p - seed), sheet.normals[t as usize], sheet.density(t, seed));
+                    self.slices.add_whole(&sheet.face(t, at, seed));
                 } else {
                     self.triangles.push(t);
                     self.at.push(at);
@@ -182,6 +185,7 @@ impl<'a> Cutter<'a> {
         for n in 0..self.triangles.len() {
             self.cut(i, n, cell);
         }
+        self.slices.take(self.scene.arch, cell);
         self.crossings[from..].sort_unstable_by_key(|c| (c.facet, c.triangle));
     }
 
@@ -197,6 +201,7 @@ impl<'a> Cutter<'a> {
         for (n, &pair) in pairs.iter().enumerate() {
             let mut piece = Cell::default();
             if self.cut(i, n, &mut piece) {
+                self.slices.take(self.scene.arch, &mut piece);
                 pieces.push((pair, piece));
             }
         }
@@ -216,15 +221,24 @@ impl<'a> Cutter<'a> {
         let Scene { points, sheet, .. } = self.scene;
         let t = self.triangles[n];
         let view = View { corners: self.at[n], seed: points[i as usize] };
-        let relative = view.corners.map(|c| c - view.seed);
-        self.polygon.clip(&view, self.planes.cutting(n, relative));
+        let face = sheet.face(t, view.corners, view.seed);
+        self.polygon.clip(&view, self.planes.cutting(n, face.corners));
         if self.polygon.lines.is_empty() {
             return false;
         }
-        let mut corners = std::mem::take(&mut self.corners);
-        self.polygon.positions(&view, relative, sheet.surface.triangles()[t as usize], &mut corners);
-        cell.add_polygon(&corners, sheet.normals[t as usize], sheet.density(t, view.seed));
         let owners = self.scene.corner_owners(t);
+        if let Some((bisector, signs)) = self.polygon.single(&view)
+            && !view.is_vague(bisector, signs)
+        {
+            self.slices.add_cut(&face, bisector, signs, bisector.at - view.seed);
+            if !owners.contains(&bisector.seed) {
+                self.beyond.push((bisector.seed, t));
+            }
+            return true;
+        }
+        let mut corners = std::mem::take(&mut self.corners);
+        self.polygon.positions(&view, face.corners, face.ids, &mut corners);
+        cell.add_polygon(&corners, face.normal, face.density);
         let n = corners.len();
         for m in 0..n {
             let Line::Bisector(here) = self.polygon.lines[m] else { continue };

@@ -16,7 +16,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cell::{Cell, MOMENTS, Sums, merge};
-use super::crossings::Crossings;
+use super::crossings::{Crossings, FACET};
 use crate::delaunay::Delaunay;
 
 /// Tets in a block of the work: fixed, so that sums do not depend on the number of threads.
@@ -24,10 +24,6 @@ const BLOCK: usize = 8192;
 
 /// Edges that are added at once.
 const LANES: usize = 8;
-
-/// The vertices of facet f of a tet, in the order in which the tet's vertex f is on the side that
-/// (q - p) x (r - p) points to.
-pub(super) const FACET: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
 
 /// What the edges are made of.
 #[derive(Clone, Copy)]
@@ -194,7 +190,8 @@ fn interval(facet: [[f64; 3]; 3], a: [f64; 3], b: [f64; 3], weight: f64) -> [[f6
     let d = minus(b, a);
     let twelfth = weight / 12.0;
     let volumes = [dot(d, cross(p, q)) * twelfth, dot(d, cross(q, r)) * twelfth, dot(d, cross(r, p)) * twelfth];
-    let squares = [9.0 * dot(p, p) - 6.0 * dot(p, d), 9.0 * dot(q, q) - 6.0 * dot(q, d), 9.0 * dot(r, r) - 6.0 * dot(r, d)];
+    let squares =
+        [9.0 * dot(p, p) - 6.0 * dot(p, d), 9.0 * dot(q, q) - 6.0 * dot(q, d), 9.0 * dot(r, r) - 6.0 * dot(r, d)];
     let last = 4.0 * dot(d, d);
     let second = |volume: f64, i: f64, j: f64, ij: f64| volume * (i + j - 6.0 * ij + last) / 40.0;
     let pq = second(volumes[0], squares[0], squares[1], dot(p, q));
@@ -209,7 +206,15 @@ fn interval(facet: [[f64; 3]; 3], a: [f64; 3], b: [f64; 3], weight: f64) -> [[f6
 
 /// The share of vertex x, whose pairs with y and z have such volumes.
 #[inline(always)]
-fn of_vertex(x: [f64; 3], d: [f64; 3], y: [f64; 3], with_y: f64, z: [f64; 3], with_z: f64, second: f64) -> [f64; MOMENTS] {
+fn of_vertex(
+    x: [f64; 3],
+    d: [f64; 3],
+    y: [f64; 3],
+    with_y: f64,
+    z: [f64; 3],
+    with_z: f64,
+    second: f64,
+) -> [f64; MOMENTS] {
     let volume = with_y + with_z;
     let moment = |k: usize| (with_y * y[k] + with_z * z[k] + volume * (2.0 * d[k] - 5.0 * x[k])) * 0.125;
     [volume, moment(0), moment(1), moment(2), second]

@@ -7,8 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::crossings::Crossings;
-use super::voronoi_edges::FACET;
+use super::crossings::{Crossings, FACET};
 use crate::delaunay::{Delaunay, INFINITE};
 
 /// Tets that one thread looks at in a row.

@@ -1,0 +1,203 @@
+//! Triangles that lie in a cell whole, and those that one bisector cuts: most pieces of the surface, summed in vectors.
+//!
+//! ```text
+//!         C                      B, cut off            A piece is the polygon (A, B, Q, R), of which B is A where
+//!        / \                    / \                    one corner is left, and Q and R are C where the triangle is whole.
+//!   R --/---\-- Q          Q --/---\-- bisector        The cut segment from Q to R closes the facet of the two seeds.
+//!      /     \                /     \
+//!     A-------B              A---R---C, cut off
+//! ```
+
+use glam::DVec3;
+
+use super::bisector::Bisector;
+use super::cell::Cell;
+use super::sheet::Linear;
+use crate::geometry::predicates::Sign;
+
+/// Pieces that are summed at once.
+const LANES: usize = 8;
+
+/// Numbers that describe a piece; 0 in all of them describes nothing.
+const NUMBERS: usize = 37;
+
+/// Numbers of a [`Cell`].
+const SUMS: usize = 10;
+
+/// Pieces of one cell.
+#[derive(Default)]
+pub(super) struct Slices {
+    blocks: Vec<[[f64; LANES]; NUMBERS]>,
+    count: usize,
+}
+
+/// A triangle of the surface, relative to the seed of the cell.
+#[derive(Clone, Copy)]
+pub(super) struct Face {
+    pub(super) corners: [DVec3; 3],
+    /// Vertices of the surface: the ends of an edge are taken in the order of these, the same for both triangles at it.
+    pub(super) ids: [u32; 3],
+    /// Its unit normal.
+    pub(super) normal: DVec3,
+    pub(super) density: Linear,
+}
+
+impl Slices {
+    /// Adds a whole triangle.
+    pub(super) fn add_whole(&mut self, face: &Face) {
+        let [a, b, c] = face.corners;
+        self.push(face, [a, b, c, c, c, c], DVec3::ZERO, [0.0, 1.0, 0.0, 1.0]);
+    }
+
+    /// Adds what is left of a triangle that one bisector, whose seed lies at `to`, cuts; `signs` are its sides of the corners,
+    /// of which one or two are positive.
+    pub(super) fn add_cut(&mut self, face: &Face, bisector: &Bisector, signs: [Sign; 3], to: DVec3) {
+        let left = signs.map(|s| s == Sign::Positive);
+        let single = left.iter().filter(|&&l| l).count() == 1;
+        // The corner that stands alone, on either side, and the two after it.
+        let alone = left.iter().position(|&l| l == single).expect("one corner stands alone: this is a bug in tetcvt");
+        let (next, last) = ((alone + 1) % 3, (alone + 2) % 3);
+        let in_order = |u: usize, v: usize| if face.ids[u] < face.ids[v] { (u, v) } else { (v, u) };
+        let (after, before) = (in_order(alone, next), in_order(last, alone));
+        // Alone and left: A, Q after it, R before it. Alone and cut off: Q before it, R after it, between the others.
+        let (a, b, q, r) = if single { (alone, alone, after, before) } else { (next, last, before, after) };
+        let (at, d) = (face.corners, bisector.d);
+        let corners = [at[a], at[b], at[q.0], at[q.1], at[r.0], at[r.1]];
+        self.push(face, corners, to, [d[q.0], d[q.1], d[r.0], d[r.1]]);
+    }
+
+    /// Adds the piece (A, B, Q, R): Q between the third and the fourth of `corners`, where a linear function with the first
+    /// two of `d` at these is 0, R in the same way between the last two.
+    fn push(&mut self, face: &Face, corners: [DVec3; 6], to: DVec3, d: [f64; 4]) {
+        let lane = self.count % LANES;
+        if lane == 0 {
+            let mut block = [[0.0; LANES]; NUMBERS];
+            // No division of 0 by 0 where there is no piece.
+            (block[31], block[33]) = ([1.0; LANES], [1.0; LANES]);
+            self.blocks.push(block);
+        }
+        self.count += 1;
+        let block = self.blocks.last_mut().expect("there is a block: this is a bug in tetcvt");
+        let Linear { base, from, gradient, range } = face.density;
+        let vectors = corners.into_iter().chain([to, face.normal, from, gradient]);
+        for (n, v) in vectors.enumerate() {
+            (block[3 * n][lane], block[3 * n + 1][lane], block[3 * n + 2][lane]) = (v.x, v.y, v.z);
+        }
+        for (n, x) in d.into_iter().chain([base, range[0], range[1]]).enumerate() {
+            block[30 + n][lane] = x;
+        }
+    }
+
+    /// Adds all pieces to `cell`, and is empty again.
+    pub(super) fn take(&mut self, arch: pulp::Arch, cell: &mut Cell) {
+        if self.count == 0 {
+            return;
+        }
+        let sums = arch.dispatch(AddAll { blocks: &self.blocks });
+        let [volume, mx, my, mz, energy, area, ax, ay, az, mass] = sums.map(|lanes| lanes.iter().sum::<f64>());
+        cell.volume += volume;
+        cell.moment += DVec3::new(mx, my, mz);
+        cell.energy += energy;
+        cell.area += area;
+        cell.area_moment += DVec3::new(ax, ay, az);
+        cell.area_mass += mass;
+        self.blocks.clear();
+        self.count = 0;
+    }
+}
+
+/// Compiled for each width of vectors; the operations, and so the sums, are the same in each.
+struct AddAll<'a> {
+    blocks: &'a [[[f64; LANES]; NUMBERS]],
+}
+
+impl pulp::WithSimd for AddAll<'_> {
+    type Output = [[f64; LANES]; SUMS];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> [[f64; LANES]; SUMS] {
+        let mut sums = [[0.0; LANES]; SUMS];
+        for block in self.blocks {
+            for l in 0..LANES {
+                let part = moments(|n| block[n][l]);
+                for n in 0..SUMS {
+                    sums[n][l] += part[n];
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// What one piece adds to the numbers of a cell, in their order; for the formulas see [`Cell::add_polygon`] and
+/// [`Cell::add_tet`].
+#[inline(always)]
+fn moments(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
+    let vector = |n: usize| [number(3 * n), number(3 * n + 1), number(3 * n + 2)];
+    let (a, b) = (vector(0), vector(1));
+    let between = |u: [f64; 3], v: [f64; 3], from: f64, to: f64| {
+        let t = from / (from - to);
+        [u[0] + (v[0] - u[0]) * t, u[1] + (v[1] - u[1]) * t, u[2] + (v[2] - u[2]) * t]
+    };
+    let q = between(vector(2), vector(3), number(30), number(31));
+    let r = between(vector(4), vector(5), number(32), number(33));
+    let (to, normal, from, gradient) = (vector(6), vector(7), vector(8), vector(9));
+    let density = |p: [f64; 3]| {
+        let value = number(34) + dot(gradient, minus(p, from));
+        let value = if value > number(35) { value } else { number(35) };
+        if value < number(36) { value } else { number(36) }
+    };
+    // The piece, as two triangles.
+    let (at_a, at_q) = (density(a), density(q));
+    let first = triangle([a, b, q], normal, [at_a, density(b), at_q]);
+    let second = triangle([a, q, r], normal, [at_a, at_q, density(r)]);
+    let sum: [f64; SUMS - 1] = std::array::from_fn(|n| first[n] + second[n]);
+    let [area, x, y, z, square, mx, my, mz, mass] = sum;
+    let height = dot(normal, a);
+    let (third, flat) = (height / 6.0, height / 24.0);
+    // The cut segment, seen from the middle of the two seeds.
+    let middle = [0.5 * to[0], 0.5 * to[1], 0.5 * to[2]];
+    let d = dot(middle, cross(r, q)) / 6.0;
+    let all = [middle[0] + r[0] + q[0], middle[1] + r[1] + q[1], middle[2] + r[2] + q[2]];
+    let squares = dot(middle, middle) + dot(r, r) + dot(q, q) + dot(all, all);
+    let quarter = d * 0.25;
+    [
+        area * third + d,
+        x * flat + all[0] * quarter,
+        y * flat + all[1] * quarter,
+        z * flat + all[2] * quarter,
+        square * height / 120.0 + squares * d / 20.0,
+        area * 0.5,
+        mx / 24.0,
+        my / 24.0,
+        mz / 24.0,
+        mass / 6.0,
+    ]
+}
+
+/// For a triangle: twice the area, 6 and 24 times half of the first and second moments as [`Cell::add_polygon`] sums them, and
+/// the moment and mass with a density.
+#[inline(always)]
+fn triangle([a, b, c]: [[f64; 3]; 3], normal: [f64; 3], density: [f64; 3]) -> [f64; SUMS - 1] {
+    let part = dot(cross(minus(b, a), minus(c, a)), normal);
+    let sum = [a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]];
+    let squares = dot(a, a) + dot(b, b) + dot(c, c) + dot(sum, sum);
+    let mass = density[0] + density[1] + density[2];
+    let moment = |k: usize| part * (sum[k] * mass + (a[k] * density[0] + b[k] * density[1] + c[k] * density[2]));
+    [part, part * sum[0], part * sum[1], part * sum[2], part * squares, moment(0), moment(1), moment(2), part * mass]
+}
+
+#[inline(always)]
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
