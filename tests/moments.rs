@@ -182,9 +182,9 @@ fn large(plane: &Plane) -> Vec<Point> {
     let far = BigInt::from(1i64 << 56);
     [(1, 1), (-1, 1), (-1, -1), (1, -1)]
         .map(|(u, v)| {
-            let (u, v) = (&far * u, &far * v);
+            let (u, v): (BigInt, BigInt) = (&far * u, &far * v);
             let w = BigInt::from(plane[steepest].magnitude().clone());
-            let along = -(&plane[y] * &u + &plane[z] * &v + &plane[3]);
+            let along: BigInt = -(&plane[y] * &u + &plane[z] * &v + &plane[3]);
             let mut p = [BigInt::ZERO, BigInt::ZERO, BigInt::ZERO, w.clone()];
             p[steepest] = if plane[steepest].sign() == Sign::Minus { -along } else { along };
             p[y] = u * &w;

@@ -129,7 +129,7 @@ impl<'a> Clipper<'a> {
     pub fn clip(&mut self, delaunay: &Delaunay) -> ClippedVoronoi {
         let (points, arch) = (delaunay.points(), self.arch);
         let adjacency = self.adjacency.follow(delaunay);
-        self.owners.update(self.sheet.surface.points(), points, adjacency, arch);
+        self.owners.update(self.sheet.surface, points, adjacency, arch);
 
         let mut cells = vec![Cell::default(); points.len()];
         let scene = Scene { points, adjacency, sheet: &self.sheet, owners: &self.owners, arch };

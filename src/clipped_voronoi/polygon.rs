@@ -15,6 +15,18 @@ pub(super) enum Line {
     Bisector(u32),
 }
 
+/// What is left of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Clipped {
+    Nothing,
+    Whole,
+    /// What is on one side of the bisector at this place of [`Polygon::bisectors`], with its sides of the corners. The
+    /// lines are not set.
+    Once(usize, [Sign; 3]),
+    /// A polygon with the lines that are set.
+    Often,
+}
+
 /// A triangle clipped by the cell of a seed: a convex polygon, known by the lines of its edges alone.
 ///
 /// Vertex m lies where line m - 1 meets line m; edge m leads from vertex m to vertex m + 1, counter-clockwise as the
@@ -23,7 +35,7 @@ pub(super) enum Line {
 pub(super) struct Polygon {
     /// The bisectors that cut the triangle's corners apart.
     pub(super) bisectors: Vec<Bisector>,
-    /// The lines of the edges, in order; empty where the cell owns nothing.
+    /// The lines of the edges, in order.
     pub(super) lines: Vec<Line>,
     next: Vec<Line>,
     signs: Vec<Sign>,
@@ -31,25 +43,71 @@ pub(super) struct Polygon {
 
 impl Polygon {
     /// Clips the triangle of `view` by the bisectors with other seeds (Sutherland, Hodgman 1974, on exact signs).
-    pub(super) fn clip(&mut self, view: &View, bisectors: impl Iterator<Item = Bisector>) {
+    pub(super) fn clip(&mut self, view: &View, bisectors: impl Iterator<Item = Bisector>) -> Clipped {
         self.bisectors.clear();
         self.lines.clear();
-        self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
+        let mut first = [Sign::Positive; 3];
         for l in bisectors {
             let corners = [0, 1, 2].map(|c| view.side_of_corner(c, &l));
             if corners == [Sign::Positive; 3] {
                 continue;
             }
+            if corners == [Sign::Negative; 3] {
+                return Clipped::Nothing;
+            }
             self.bisectors.push(l);
-            self.cut(view, &l, corners);
-            if self.lines.is_empty() {
-                return;
+            // Often there is one only, and nothing to be said but on which side the corners are.
+            match self.bisectors.len() {
+                1 => first = corners,
+                2 => {
+                    self.lines.clear();
+                    self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
+                    self.cut(view, 0, first);
+                    self.cut(view, 1, corners);
+                }
+                n => self.cut(view, n - 1, corners),
+            }
+            if self.bisectors.len() > 1 && self.lines.is_empty() {
+                return Clipped::Nothing;
+            }
+        }
+        match self.bisectors.len() {
+            0 => Clipped::Whole,
+            1 => Clipped::Once(0, first),
+            _ => self.summary(view),
+        }
+    }
+
+    /// Sets the lines of a triangle that is clipped [once](Clipped::Once).
+    pub(super) fn set_once(&mut self, j: usize, signs: [Sign; 3]) {
+        self.lines.clear();
+        for c in 0..3 {
+            let (here, there) = (signs[c] == Sign::Positive, signs[(c + 1) % 3] == Sign::Positive);
+            if here || there {
+                self.lines.push(Line::Edge(c as u8));
+            }
+            if here && !there {
+                self.lines.push(Line::Bisector(j as u32));
             }
         }
     }
 
-    /// Cuts off what lies beyond bisector `l`, the last of the list, whose sides of the corners are `corners`.
-    fn cut(&mut self, view: &View, l: &Bisector, corners: [Sign; 3]) {
+    /// How many bisectors are left among the lines.
+    fn summary(&self, view: &View) -> Clipped {
+        let mut cuts = self.lines.iter().filter_map(|line| match *line {
+            Line::Bisector(j) => Some(j as usize),
+            Line::Edge(_) => None,
+        });
+        match (cuts.next(), cuts.next()) {
+            (None, _) => Clipped::Whole,
+            (Some(j), None) => Clipped::Once(j, [0, 1, 2].map(|c| view.side_of_corner(c, &self.bisectors[j]))),
+            _ => Clipped::Often,
+        }
+    }
+
+    /// Cuts off what lies beyond bisector `number` of the list, whose sides of the corners are `corners`.
+    fn cut(&mut self, view: &View, number: usize, corners: [Sign; 3]) {
+        let l = &self.bisectors[number];
         let n = self.lines.len();
         self.signs.clear();
         for m in 0..n {
@@ -57,7 +115,7 @@ impl Polygon {
             self.signs.push(sign);
         }
         self.next.clear();
-        let cut = Line::Bisector((self.bisectors.len() - 1) as u32);
+        let cut = Line::Bisector(number as u32);
         for m in 0..n {
             let (here, there) = (self.signs[m], self.signs[(m + 1) % n]);
             if here == Sign::Positive || there == Sign::Positive {
@@ -83,16 +141,6 @@ impl Polygon {
                 view.side_within(&self.bisectors[j as usize], &self.bisectors[k as usize], l)
             }
         }
-    }
-
-    /// The only bisector among the lines, if there is just one, with its sides of the corners.
-    pub(super) fn single(&self, view: &View) -> Option<(&Bisector, [Sign; 3])> {
-        let mut cuts = self.lines.iter().filter_map(|line| match *line {
-            Line::Bisector(j) => Some(&self.bisectors[j as usize]),
-            Line::Edge(_) => None,
-        });
-        let (first, second) = (cuts.next()?, cuts.next());
-        second.is_none().then(|| (first, [0, 1, 2].map(|c| view.side_of_corner(c, first))))
     }
 
     /// Positions of the vertices, relative to the cell's seed as the triangle's `corners` are. `ids` are the surface's vertices

@@ -12,10 +12,6 @@ pub(super) struct Sheet<'a> {
     pub(super) surface: &'a Surface,
     /// Unit normals of the triangles.
     normals: Vec<DVec3>,
-    /// For each vertex, where its triangles begin.
-    first: Vec<u32>,
-    /// The triangles of every vertex, ascending.
-    triangles: Vec<u32>,
     density: Density,
     /// For each triangle the gradient of its density within its plane; none where the density is even.
     gradients: Vec<DVec3>,
@@ -24,29 +20,9 @@ pub(super) struct Sheet<'a> {
 impl<'a> Sheet<'a> {
     /// For `surface`, with an even density.
     pub(super) fn new(surface: &'a Surface) -> Sheet<'a> {
-        let corners = surface.triangles();
         let unit = |t: usize| surface.normal2(t as u32).normalize_or_zero();
-        let mut first = vec![0u32; surface.points().len() + 1];
-        for &v in corners.as_flattened() {
-            first[v as usize + 1] += 1;
-        }
-        for v in 1..first.len() {
-            first[v] += first[v - 1];
-        }
-        let (mut fill, mut triangles) = (first.clone(), vec![0; 3 * corners.len()]);
-        for (t, ids) in (0..).zip(corners) {
-            for &v in ids {
-                triangles[fill[v as usize] as usize] = t;
-                fill[v as usize] += 1;
-            }
-        }
-        let normals = (0..corners.len()).map(unit).collect();
-        Sheet { surface, normals, first, triangles, density: Density::Uniform, gradients: Vec::new() }
-    }
-
-    /// The triangles at vertex `v`, ascending.
-    pub(super) fn triangles_at(&self, v: u32) -> &[u32] {
-        &self.triangles[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
+        let normals = (0..surface.triangles().len()).map(unit).collect();
+        Sheet { surface, normals, density: Density::Uniform, gradients: Vec::new() }
     }
 
     /// From now on weighs the surface by `density`.

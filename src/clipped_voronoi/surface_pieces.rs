@@ -16,7 +16,7 @@ use super::bisector::View;
 use super::cell::Cell;
 use super::owners::Owners;
 use super::planes::Planes;
-use super::polygon::{Line, Polygon};
+use super::polygon::{Clipped, Line, Polygon};
 use super::sheet::Sheet;
 use super::slices::Slices;
 use super::{Crossing, SEEDS};
@@ -162,22 +162,13 @@ impl<'a> Cutter<'a> {
         let seed = points[i as usize];
         self.triangles.clear();
         self.at.clear();
-        for &v in owners.vertices_of(i as usize) {
-            for &t in sheet.triangles_at(v) {
-                let ids = sheet.surface.triangles()[t as usize];
-                let own = self.scene.corner_owners(t).map(|j| j == i);
-                // Only the first corner of its own counts, so that each triangle is met once.
-                let first = own.iter().position(|&o| o);
-                if first.is_none_or(|c| ids[c] != v) {
-                    continue;
-                }
-                let at = sheet.surface.corners(t);
-                if own == [true; 3] {
-                    self.slices.add_whole(&sheet.face(t, at, seed));
-                } else {
-                    self.triangles.push(t);
-                    self.at.push(at);
-                }
+        for (t, whole) in owners.triangles_of(i as usize) {
+            let at = sheet.surface.corners(t);
+            if whole {
+                self.slices.add_whole(&sheet.face(t, at, seed));
+            } else {
+                self.triangles.push(t);
+                self.at.push(at);
             }
         }
         let from = self.crossings.len();
@@ -222,19 +213,23 @@ impl<'a> Cutter<'a> {
         let t = self.triangles[n];
         let view = View { corners: self.at[n], seed: points[i as usize] };
         let face = sheet.face(t, view.corners, view.seed);
-        self.polygon.clip(&view, self.planes.cutting(n, face.corners));
-        if self.polygon.lines.is_empty() {
-            return false;
-        }
         let owners = self.scene.corner_owners(t);
-        if let Some((bisector, signs)) = self.polygon.single(&view)
-            && !view.is_vague(bisector, signs)
-        {
-            self.slices.add_cut(&face, bisector, signs, bisector.at - view.seed);
-            if !owners.contains(&bisector.seed) {
-                self.beyond.push((bisector.seed, t));
+        match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
+            Clipped::Nothing => return false,
+            Clipped::Whole => {
+                self.slices.add_whole(&face);
+                return true;
             }
-            return true;
+            Clipped::Once(j, signs) if !view.is_vague(&self.polygon.bisectors[j], signs) => {
+                let bisector = &self.polygon.bisectors[j];
+                self.slices.add_cut(&face, bisector, signs, bisector.at - view.seed);
+                if !owners.contains(&bisector.seed) {
+                    self.beyond.push((bisector.seed, t));
+                }
+                return true;
+            }
+            Clipped::Once(j, signs) => self.polygon.set_once(j, signs),
+            Clipped::Often => {}
         }
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(&view, face.corners, face.ids, &mut corners);
