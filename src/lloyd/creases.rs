@@ -27,7 +27,7 @@ pub(super) fn chains(features: &Features, anchors: &[Anchor]) -> Vec<Chain> {
     let mut corners: Vec<(u32, u32)> = Vec::new();
     for (i, anchor) in (0..).zip(anchors) {
         match *anchor {
-            Anchor::Curve { curve, at } => chains[curve as usize].seeds.push((at, i)),
+            Anchor::Curve { curve, at } | Anchor::Knot { curve, at } => chains[curve as usize].seeds.push((at, i)),
             Anchor::Corner { vertex } => corners.push((vertex, i)),
             _ => {}
         }
@@ -46,7 +46,7 @@ pub(super) fn chains(features: &Features, anchors: &[Anchor]) -> Vec<Chain> {
 
 impl Chain {
     /// Where each seed of the crease goes, with its arc length: to the middle of its piece, which ends half-way to the
-    /// next seeds. Corners stay.
+    /// next seeds. Corners and knots stay.
     pub(super) fn targets<'a>(
         &'a self,
         features: &'a Features,
