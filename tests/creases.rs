@@ -9,6 +9,8 @@ use tetcvt::seeds::SeedKind;
 use tetcvt::surface::features::{Curve, Features};
 use tetcvt::{Params, Surface, TetMesh, io, tetrahedralize};
 
+use crate::shapes::Shape;
+
 /// How a mesh keeps the creases of its surface.
 struct Chains {
     /// Chords between consecutive vertices of a crease.
@@ -81,24 +83,55 @@ fn chain(curve: &Curve, surface: &Surface, bound: &[u32], points: &[DVec3]) -> V
     chain
 }
 
+/// The mesh of `surface` with so many vertices, and how it keeps the creases.
+fn kept(surface: &Surface, count: usize) -> Chains {
+    let params = Params { target: Target::Count(count), iterations: 20, ..Params::default() };
+    let mesh = tetrahedralize(surface, &params, &mut Silent).expect("a mesh");
+    chains(surface, &mesh)
+}
+
+/// A prism over a regular polygon, with a smaller one as a hole through it.
+fn washer(sides: u32) -> Shape {
+    let ring = |radius: f64, z: f64| {
+        (0..sides).map(move |i| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(sides)).sin_cos();
+            DVec3::new(radius * cos, radius * sin, z)
+        })
+    };
+    let points = ring(1.0, 0.0).chain(ring(1.0, 0.6)).chain(ring(0.4, 0.0)).chain(ring(0.4, 0.6)).collect();
+    let at = |r: u32, i: u32| r * sides + i % sides;
+    let band = |low: u32, high: u32, i: u32| vec![at(low, i), at(low, i + 1), at(high, i + 1), at(high, i)];
+    // The outer side, the inner one, the top, the bottom.
+    let faces = (0..sides).flat_map(|i| [band(0, 1, i), band(3, 2, i), band(1, 3, i), band(2, 0, i)]);
+    let quads: Vec<Vec<u32>> = faces.collect();
+    let faces = quads.iter().flat_map(|q| [vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]]).collect();
+    Shape { points, faces }
+}
+
 #[test]
-fn debug_models() {
-    for name in std::env::var("MODELS").unwrap().split(',') {
-        let surface = io::read_surface(Path::new(&format!("/work/shared/models/{name}.obj"))).unwrap();
-        let n: usize = std::env::var("SEEDS").unwrap().parse().unwrap();
-        let params = Params { target: Target::Count(n), iterations: 30, ..Params::default() };
-        let mesh = tetrahedralize(&surface, &params, &mut Silent).unwrap();
-        let c = chains(&surface, &mesh);
-        println!(
-            "{name} {n}: {} chords, {} missing, length {:.2} left out {:.3}, stray {:.3}",
-            c.chords,
-            c.missing.len(),
-            c.length,
-            c.left_out,
-            c.stray
-        );
-        for m in c.missing.iter().take(12) {
-            println!("   {}", surface.frame().to_model(*m));
+fn polygonal_and_round_creases_are_whole_and_close() {
+    for (sides, count) in [(6, 400), (16, 900), (64, 900), (200, 900)] {
+        let surface = washer(sides).surface().expect("a sound surface");
+        let chains = kept(&surface, count);
+        assert!(chains.missing.is_empty(), "{sides} sides: missing at {:?}", chains.missing);
+        assert_eq!(chains.left_out, 0.0);
+        // Every bend of more than a few degrees has its vertex; chords are so short that others stray little.
+        assert!(chains.stray < 0.02, "{sides} sides: {}", chains.stray);
+    }
+}
+
+#[test]
+fn creases_of_mechanical_parts_are_whole() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
+    for (name, count) in [("joint", 2000), ("fandisk", 3000), ("thingi_72214", 3000), ("casting", 3000)] {
+        let file = folder.join(name).with_extension("obj");
+        if !file.exists() {
+            continue;
         }
+        let surface = io::read_surface(&file).expect("a sound surface");
+        let chains = kept(&surface, count);
+        assert!(chains.missing.is_empty(), "{name}: missing at {:?}", chains.missing);
+        assert!(chains.stray < 0.03, "{name}: {}", chains.stray);
+        assert!(chains.left_out < 0.02 * chains.length, "{name}: {}", chains.left_out);
     }
 }

@@ -148,8 +148,7 @@ pub(super) fn even(curve: &Curve, closed: bool, count: usize, spacing: impl Fn(u
     knots
 }
 
-/// The seeds of curve `index` at `knots`, each with the spacing of its surroundings: that wanted, or that of the knots
-/// where these are closer.
+/// The seeds of curve `index` at `knots`.
 pub(super) fn place(
     surface: &Surface,
     curve: &Curve,
@@ -157,14 +156,12 @@ pub(super) fn place(
     knots: &[Knot],
     spacing: impl Fn(u32) -> f64,
 ) -> Vec<BoundarySeed> {
-    let place = |(k, knot): (usize, &Knot)| {
+    let place = |knot: &Knot| {
         let at = knot.at;
         let anchor = if knot.fixed { Anchor::Knot { curve: index, at } } else { Anchor::Curve { curve: index, at } };
         let near = curve.arc.partition_point(|&a| a <= at).min(curve.arc.len() - 1);
-        let before = if k > 0 { knots[k - 1].at } else { 0.0 };
-        let after = knots.get(k + 1).map_or(curve.length(), |next| next.at);
-        let spacing = spacing(curve.vertices[near]).min((after - before) / 2.0);
+        let spacing = spacing(curve.vertices[near]);
         BoundarySeed { position: snap(curve.point_at(at, surface.points())), anchor, normal: DVec3::ZERO, spacing }
     };
-    knots.iter().enumerate().map(place).collect()
+    knots.iter().map(place).collect()
 }
