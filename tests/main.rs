@@ -39,6 +39,9 @@ mod moments;
 // Energy, determinism.
 mod lloyd;
 
+// Creases in the mesh.
+mod creases;
+
 // From triangulation to mesh.
 mod extract;
 
