@@ -199,3 +199,32 @@ fn the_same_bytes_on_one_thread_and_on_three() {
     assert_eq!(one.inside, three.inside);
     assert_eq!(one.crossings, three.crossings);
 }
+
+#[test]
+fn what_a_clipper_remembers_changes_nothing() {
+    // Triangles much larger than cells, and much smaller; steps from none to far beyond the spacing; a seed more.
+    for (surface, count) in [(unit_cube(), 3000), (surface(Shape::torus(96, 48, 1.0, 0.4)), 400)] {
+        let mut rng = Rng(9);
+        let mut points: Vec<DVec3> = (0..count).map(|_| snap(rng.point())).collect();
+        let mut delaunay = Delaunay::build(&points).expect("seeds in general position");
+        let mut clipper = Clipper::new(&surface);
+        for step in [0.0, 1e-5, 1e-3, 1e-3, 0.0, 0.3] {
+            points.iter_mut().for_each(|p| *p = snap(*p + rng.point() * step));
+            delaunay.relocate(&points).expect("seeds in general position");
+            assert_same(&clipper.clip(&delaunay), &Clipper::new(&surface).clip(&delaunay));
+        }
+        points.push(snap(rng.point()));
+        let delaunay = Delaunay::build(&points).expect("seeds in general position");
+        let clipped = clipper.clip(&delaunay);
+        assert_same(&clipped, &Clipper::new(&surface).clip(&delaunay));
+        assert_eq!(clipped.adjacency, delaunay.adjacency());
+        assert_identities(&surface, &clipped);
+    }
+}
+
+fn assert_same(a: &ClippedVoronoi, b: &ClippedVoronoi) {
+    assert_eq!(a.cells, b.cells);
+    assert_eq!(a.inside, b.inside);
+    assert_eq!(a.crossings, b.crossings);
+    assert_eq!(a.adjacency, b.adjacency);
+}
