@@ -80,8 +80,8 @@ impl Edges<'_> {
         let mut wrong = false;
         for t in tets {
             let (here, marks) = (self.winding[t], self.marks[t]);
-            for f in 0..4 {
-                let n = neighbors[t][f].tet() as usize;
+            for (f, facet) in neighbors[t].iter().enumerate() {
+                let n = facet.tet() as usize;
                 let id = (4 * t + f) as u32;
                 let own = t < n;
                 if marks >> f & 1 == 1 {

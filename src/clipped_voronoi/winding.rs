@@ -104,8 +104,8 @@ impl Winding {
             winding[start as usize] = beyond + entered(start, f);
             stack.push(start);
             while let Some(t) = stack.pop() {
-                for f in 0..4 {
-                    let n = neighbors[t as usize][f].tet();
+                for (f, facet) in neighbors[t as usize].iter().enumerate() {
+                    let n = facet.tet();
                     if winding[n as usize] == UNKNOWN {
                         winding[n as usize] = winding[t as usize] - entered(t, f);
                         stack.push(n);
