@@ -203,7 +203,7 @@ fn assert_agree(name: &str, surface: &Surface, count: usize, every: usize) {
         let p = snap(rng.point());
         if surface.tree().is_inside(p) {
             let on_surface = snap(surface.tree().closest(p).point);
-            seeds.push(if seeds.len() % 3 == 0 { on_surface } else { p });
+            seeds.push(if seeds.len().is_multiple_of(3) { on_surface } else { p });
         }
     }
     let delaunay = Delaunay::build(&seeds).expect("seeds in general position");
