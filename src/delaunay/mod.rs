@@ -35,6 +35,8 @@ mod repair;
 
 mod tets;
 
+mod updater;
+
 use std::fmt;
 
 use glam::DVec3;
@@ -42,7 +44,8 @@ use glam::DVec3;
 pub use adjacency::Adjacency;
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
-pub use relocate::{Phases, Relocation};
+pub use relocate::{Breakdown, Relocation};
+pub use updater::{Method, Updater};
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]
