@@ -262,9 +262,9 @@ mod tests {
                         let [a, b, c, d] = [at[0], at[1], at[2], at[3]];
                         let center = crate::geometry::tetrahedron::circumcenter(a, b, c, d);
                         let sign = if round % 4 == 0 { 1.0 } else { -1.0 };
-                        for i in 0..8 {
-                            let away = (at[i] - center).normalize_or(DVec3::X) * if i < 4 { sign } else { -1.0 };
-                            ways[i] = (away + ways[i] * (0.05 * f64::from(round))).normalize_or(DVec3::X);
+                        for (i, (way, at)) in ways.iter_mut().zip(at).enumerate() {
+                            let away = (at - center).normalize_or(DVec3::X) * if i < 4 { sign } else { -1.0 };
+                            *way = (away + *way * (0.05 * f64::from(round))).normalize_or(DVec3::X);
                         }
                     }
                     let m = f64::from(m) * (1.0 - 1e-9);
