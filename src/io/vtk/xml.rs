@@ -13,8 +13,9 @@ use glam::DVec3;
 
 use super::{Array, Grid, Shape, Values};
 
-/// VTK's number of a cell type.
+/// VTK's numbers of cell types.
 const VTK_TETRA: u8 = 10;
+const VTK_QUADRATIC_TETRA: u8 = 24;
 
 pub(super) fn write(grid: &Grid, out: &mut impl Write) -> io::Result<()> {
     let mut appended = Appended::default();
@@ -29,7 +30,7 @@ pub(super) fn write(grid: &Grid, out: &mut impl Write) -> io::Result<()> {
 fn markup<'a>(grid: &'a Grid, appended: &mut Appended<'a>) -> String {
     let mut xml = String::new();
     let (dataset, sizes) = match grid.shape {
-        Shape::Tet => ("UnstructuredGrid", format!("NumberOfCells=\"{}\"", grid.cells())),
+        Shape::Tet | Shape::QuadraticTet => ("UnstructuredGrid", format!("NumberOfCells=\"{}\"", grid.cells())),
         Shape::Triangle => (
             "PolyData",
             format!("NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\"", grid.cells()),
@@ -67,7 +68,7 @@ fn section<'a>(xml: &mut String, name: &str, arrays: &'a [Array], appended: &mut
 
 fn cells<'a>(xml: &mut String, grid: &'a Grid, appended: &mut Appended<'a>) {
     let name = match grid.shape {
-        Shape::Tet => "Cells",
+        Shape::Tet | Shape::QuadraticTet => "Cells",
         Shape::Triangle => "Polys",
     };
     // VTK wants both arrays of one type; 32 bits halve the file.
@@ -76,8 +77,13 @@ fn cells<'a>(xml: &mut String, grid: &'a Grid, appended: &mut Appended<'a>) {
     *xml += &format!("      <{name}>\n");
     *xml += &appended.declare("connectivity", 1, Block::Indices { indices: grid.corners, wide });
     *xml += &appended.declare("offsets", 1, Block::Offsets { count, corners, wide });
-    if grid.shape == Shape::Tet {
-        *xml += &appended.declare("types", 1, Block::Repeated { value: VTK_TETRA, count });
+    let value = match grid.shape {
+        Shape::Tet => Some(VTK_TETRA),
+        Shape::QuadraticTet => Some(VTK_QUADRATIC_TETRA),
+        Shape::Triangle => None,
+    };
+    if let Some(value) = value {
+        *xml += &appended.declare("types", 1, Block::Repeated { value, count });
     }
     *xml += &format!("      </{name}>\n");
 }
