@@ -130,7 +130,7 @@ fn write_files(job: &Job, data: &MeshData, watched: Watched) -> Result<(), Error
     ];
     results.extend(watched.failure.map(Err));
     results.extend(watched.trajectory.map(TrajectoryWriter::finish));
-    results.extend(watched.delaunay.map(AtomicFile::commit));
+    results.extend([watched.delaunay, watched.voronoi].into_iter().flatten().map(AtomicFile::commit));
     results.into_iter().collect()
 }
 

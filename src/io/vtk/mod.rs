@@ -22,7 +22,11 @@ use super::atomic::AtomicFile;
 
 mod legacy;
 
+mod polyhedra;
+
 mod xml;
+
+pub use polyhedra::write_voronoi;
 
 /// The formats of VTK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
