@@ -86,6 +86,9 @@ pub mod quality;
 
 pub mod report;
 
+// The output with curved edges.
+pub mod second_order;
+
 // Files.
 pub mod io;
 

@@ -57,7 +57,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
         stopped = relaxation.run(params.iterations - relaxation.iterations(), observer)?;
         inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
     }
-    observer.triangulation(relaxation.delaunay(), surface.frame());
+    observer.triangulation(relaxation.delaunay(), surface);
 
     // 4. The restricted Delaunay tets and their boundary.
     let kinds = relaxation.seeds().kinds();

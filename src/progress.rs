@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::delaunay::Delaunay;
 use crate::geometry::frame::Frame;
+use crate::surface::Surface;
 
 /// The stages of a run, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +75,8 @@ pub trait Observer: Send {
         Flow::Continue
     }
 
-    /// The whole Delaunay triangulation at the end, before extraction.
-    fn triangulation(&mut self, _delaunay: &Delaunay, _frame: &Frame) {}
+    /// The whole Delaunay triangulation at the end, before extraction, in the frame of the surface that it fills.
+    fn triangulation(&mut self, _delaunay: &Delaunay, _surface: &Surface) {}
 }
 
 /// Hears nothing.

@@ -9,11 +9,14 @@ use clap::Parser;
 use crate::error::Error;
 use crate::io::atomic::AtomicFile;
 use crate::io::npy::TrajectoryWriter;
-use crate::io::{load_surface, vtk};
+use crate::io::{self as files, MeshData, load_surface};
 use crate::mesher::tetrahedralize;
 use crate::progress::Observer;
 use crate::quality::TetQuality;
 use crate::report::{InputReport, MemoryReport, MeshReport, Report, TimeReport};
+use crate::second_order::SecondOrder;
+use crate::surface::Surface;
+use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
 
 mod interrupt;
@@ -88,7 +91,9 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
 
     let writing = Instant::now();
     let before = watched.writing;
-    let written = write_files(job, &mesh, &quality, watched);
+    let second_order = job.second_order.then(|| second_order(job, &mesh, &surface));
+    let data = MeshData { mesh: &mesh, quality: &quality, second_order: second_order.as_ref(), encoding: job.encoding };
+    let written = write_files(job, &data, watched);
     report.time.write = (before + writing.elapsed()).as_secs_f64();
     report.time.total = started.elapsed().as_secs_f64();
     report.memory = MemoryReport::now();
@@ -98,20 +103,34 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
     written.and(write_report(job, &report))
 }
 
+/// The nodes in the middle of edges.
+fn second_order(job: &Job, mesh: &TetMesh, surface: &Surface) -> SecondOrder {
+    let nodes = SecondOrder::of(mesh, surface, &Features::find(surface, job.params.feature_angle));
+    if nodes.held_back > 0 && job.verbosity > Verbosity::Quiet {
+        say(&format!(
+            "note: {} nodes in the middle of edges are short of the surface: a tet would fold",
+            nodes.held_back
+        ));
+    }
+    nodes
+}
+
 /// Writes every file that can be written, then tells of the first that could not.
-fn write_files(job: &Job, mesh: &TetMesh, quality: &TetQuality, watched: Watched) -> Result<(), Error> {
+fn write_files(job: &Job, data: &MeshData, watched: Watched) -> Result<(), Error> {
     let wrote = |path: &Path| {
         if job.verbosity > Verbosity::Quiet {
             say(&format!("wrote      {}", path.display()));
         }
     };
     let mut results = vec![
-        vtk::write_mesh(&job.mesh_file, job.mesh_format, mesh, quality).map(|()| wrote(&job.mesh_file)),
-        vtk::write_surface(&job.surface_file, job.surface_format, mesh).map(|()| wrote(&job.surface_file)),
+        files::write_mesh(&job.mesh_file, job.mesh_format, data)
+            .map(|()| job.mesh_files().iter().for_each(|path| wrote(path))),
+        files::write_surface(&job.surface_file, job.surface_format, data.mesh, job.encoding)
+            .map(|()| wrote(&job.surface_file)),
     ];
     results.extend(watched.failure.map(Err));
     results.extend(watched.trajectory.map(TrajectoryWriter::finish));
-    results.extend(watched.delaunay.map(AtomicFile::commit));
+    results.extend([watched.delaunay, watched.voronoi].into_iter().flatten().map(AtomicFile::commit));
     results.into_iter().collect()
 }
 

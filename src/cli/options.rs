@@ -6,7 +6,7 @@ use clap::{ArgAction, Parser};
 
 use crate::error::Error;
 use crate::io::atomic;
-use crate::io::vtk::Format;
+use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 
 const AFTER_HELP: &str = "\
@@ -92,13 +92,26 @@ pub(super) struct Options {
     #[arg(short, long, help_heading = "Run", action = ArgAction::Count)]
     verbose: u8,
 
-    /// The mesh: .vtu, .vtk [default: <stem of SURFACE>.vtu in the current folder]
+    /// The mesh: .vtu, .vtk, .msh (Gmsh 4.1), .mesh (Medit), .inp (Abaqus), .node or .ele (TetGen: both, and .face)
+    /// [default: <stem of SURFACE>.vtu in the current folder]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: Option<PathBuf>,
 
-    /// The restricted Delaunay surface: .vtp, .vtk [default: <stem of SURFACE>.surface.vtp in the current folder]
+    /// The restricted Delaunay surface: .vtp, .vtk, .obj, .stl, .ply [default: <stem of SURFACE>.surface.vtp in the current folder]
     #[arg(long = "surface", id = "surface_output", value_name = "FILE", help_heading = "Output")]
     surface_output: Option<PathBuf>,
+
+    /// The clipped Voronoi cells of the seeds, as polyhedra: .vtu
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    voronoi: Option<PathBuf>,
+
+    /// Tets with nodes in the middle of their edges, on the surface where the edge is: .vtu, .vtk, .msh, .inp
+    #[arg(long, help_heading = "Output")]
+    second_order: bool,
+
+    /// Text instead of binary, in formats that have both: .msh, .stl, .ply
+    #[arg(long, help_heading = "Output")]
+    ascii: bool,
 
     /// Everything the run knows of itself; - = standard output
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
@@ -157,9 +170,12 @@ pub(super) struct Job {
     pub params: Params,
     pub verbosity: Verbosity,
     pub mesh_file: PathBuf,
-    pub mesh_format: Format,
+    pub mesh_format: MeshFormat,
+    pub second_order: bool,
     pub surface_file: PathBuf,
-    pub surface_format: Format,
+    pub surface_format: SurfaceFormat,
+    pub encoding: Encoding,
+    pub voronoi: Option<PathBuf>,
     pub report: Option<ReportTarget>,
     pub trajectory: Option<PathBuf>,
     pub delaunay: Option<PathBuf>,
@@ -178,9 +194,17 @@ impl Options {
         };
         let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
         let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
-        let mesh_format = Format::of_mesh(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, ".vtu or .vtk"))?;
+        let mesh_format = MeshFormat::of(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, MeshFormat::KNOWN))?;
         let surface_format =
-            Format::of_surface(&surface_file).ok_or_else(|| unknown("surface", &surface_file, ".vtp or .vtk"))?;
+            SurfaceFormat::of(&surface_file).ok_or_else(|| unknown("surface", &surface_file, SurfaceFormat::KNOWN))?;
+        fits(&params, mesh_format, &mesh_file)?;
+        if self.second_order && !mesh_format.has_second_order() {
+            return refuse("second-order", format!("the format of {} has no such tets", mesh_file.display()));
+        }
+        if self.ascii && !mesh_format.has_text() && !surface_format.has_text() {
+            return refuse("ascii", "no file of this run is binary or text at choice".to_owned());
+        }
+        has_extension("voronoi", self.voronoi.as_deref(), "vtu")?;
         has_extension("trajectory", self.trajectory.as_deref(), "npy")?;
         has_extension("delaunay", self.delaunay.as_deref(), "vtu")?;
         let report = self.json.map(|path| match path.to_str() {
@@ -202,6 +226,9 @@ impl Options {
             mesh_format,
             surface_file,
             surface_format,
+            second_order: self.second_order,
+            encoding: if self.ascii { Encoding::Text } else { Encoding::Binary },
+            voronoi: self.voronoi,
             report,
             trajectory,
             delaunay,
@@ -234,20 +261,26 @@ impl Options {
 
 impl Job {
     /// The files to be written, by option.
-    fn outputs(&self) -> Vec<(&'static str, &Path)> {
-        let mut outputs = vec![("output", self.mesh_file.as_path()), ("surface", self.surface_file.as_path())];
+    fn outputs(&self) -> Vec<(&'static str, PathBuf)> {
+        let mut outputs: Vec<_> = self.mesh_files().into_iter().map(|path| ("output", path)).collect();
+        outputs.push(("surface", self.surface_file.clone()));
         if let Some(ReportTarget::File(path)) = &self.report {
-            outputs.push(("json", path));
+            outputs.push(("json", path.clone()));
         }
-        outputs.extend(self.trajectory.as_deref().map(|path| ("trajectory", path)));
-        outputs.extend(self.delaunay.as_deref().map(|path| ("delaunay", path)));
+        let others = [("trajectory", &self.trajectory), ("delaunay", &self.delaunay), ("voronoi", &self.voronoi)];
+        outputs.extend(others.into_iter().filter_map(|(option, path)| Some((option, path.clone()?))));
         outputs
+    }
+
+    /// The files that make up the mesh.
+    pub(super) fn mesh_files(&self) -> Vec<PathBuf> {
+        self.mesh_format.files(&self.mesh_file)
     }
 
     /// No output may be the input, nor another output; each must be writable.
     fn check_files(&self) -> Result<(), Error> {
         let outputs = self.outputs();
-        for (i, &(option, path)) in outputs.iter().enumerate() {
+        for (i, (option, path)) in outputs.iter().enumerate() {
             if atomic::same_file(path, &self.surface) {
                 return refuse(option, format!("{} is the surface itself", path.display()));
             }
@@ -261,6 +294,19 @@ impl Job {
 
 fn refuse<T>(option: &'static str, reason: String) -> Result<T, Error> {
     Err(Error::Parameter { option, reason })
+}
+
+/// Refuses a count whose mesh the format could not hold, before anything is computed.
+fn fits(params: &Params, format: MeshFormat, path: &Path) -> Result<(), Error> {
+    // VTK's legacy format counts the entries of its cells in 32 bits: 5 for a tet, of which there are under 7 to a vertex.
+    const MOST_IN_LEGACY: usize = i32::MAX as usize / 35;
+    match params.target {
+        Target::Count(n) if format == MeshFormat::Vtk && n > MOST_IN_LEGACY => {
+            let reason = format!("{} could not hold {n} vertices; a .vtu can", path.display());
+            refuse("output", reason)
+        }
+        _ => Ok(()),
+    }
 }
 
 fn unknown(option: &'static str, path: &Path, known: &str) -> Error {
