@@ -88,7 +88,7 @@ fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
     }
     println!("{name}: {} points", points.len());
     println!(
-        "| iterations | step / h | relocate ms | build ms | ratio | filter | hold | flip | home | order | suspects | reversed | held | flips | rebuilt |"
+        "| iterations | step / h | relocate ms | build ms | ratio | filter | predicate | flips | repair | renewal | suspects | reversed | held | flips | rebuilt |"
     );
     for range in [0..1, 1..2, 2..5, 5..20, 20..100, 100..500, 500..2000, 0..2000] {
         let Some(part) = log.get(range.start..range.end.min(log.len())).filter(|p| !p.is_empty()) else { continue };
@@ -101,10 +101,10 @@ fn run(name: &str, points: Vec<DVec3>, iterations: usize) {
             of(&|l| l.step),
             built / moved,
             phase(&|r| r.seconds.filter),
-            phase(&|r| r.seconds.hold),
-            phase(&|r| r.seconds.flip),
-            phase(&|r| r.seconds.home),
-            phase(&|r| r.seconds.order),
+            phase(&|r| r.seconds.predicate),
+            phase(&|r| r.seconds.flips),
+            phase(&|r| r.seconds.repair),
+            phase(&|r| r.seconds.renewal),
             mean(&|r| r.suspects as f64),
             mean(&|r| r.reversed as f64),
             mean(&|r| r.held_back as f64),

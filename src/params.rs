@@ -1,5 +1,6 @@
 //! What the user chooses; read-only from [`Params::validate`] on.
 
+pub use crate::delaunay::Method as Update;
 use crate::error::Error;
 
 /// The largest count of vertices: the kernel packs a tet's index and a facet into 32 bits, and there are under 8 tets to a
@@ -43,16 +44,6 @@ pub enum Start {
     Blue,
     /// White noise.
     Random,
-}
-
-/// How the triangulation follows the moving seeds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-pub enum Update {
-    /// All of the triangulation is tested and the little that has changed is mended, by flips.
-    Bicell,
-    /// The triangulation is built anew in every iteration.
-    Rebuild,
 }
 
 /// How seeds move.

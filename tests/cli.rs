@@ -71,7 +71,7 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
         (&["cube.obj", "--optimizer", "lbfgs"], "lloyd"),
         (&["cube.obj", "--iterations", "-1"], "--iterations"),
         (&["cube.obj", "--tolerance", "nan"], "--tolerance"),
-        (&["cube.obj", "--update", "paper"], "bicell, rebuild"),
+        (&["cube.obj", "--update", "soon"], "bicell, vertex, check, rebuild"),
         (&["cube.obj", "--threads", "0"], "--threads"),
         (&["cube.obj", "-q", "-v"], "--quiet"),
         (&["cube.obj", "-o", "mesh.stl"], ".vtu"),
@@ -235,8 +235,8 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
     let run = small(folder.path(), &["--json", "-", "--tolerance", "0"]);
     assert_eq!(run.status, Some(0), "{}", run.stderr);
     let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-    let keys: [(&str, &str); 6] = [
-        ("", "tetcvt command input mesh time memory iterations stopped notes"),
+    let keys: [(&str, &str); 7] = [
+        ("", "tetcvt command input mesh time update memory iterations stopped notes"),
         ("/input", "file vertices triangles components genus volume area diagonal"),
         (
             "/mesh",
@@ -244,6 +244,7 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
              hausdorff rms_distance min_dihedral max_dihedral mean_min_dihedral mean_radius_ratio dihedral_histogram",
         ),
         ("/time", "total read check seeds build update centroids extract improve measure write"),
+        ("/update", "filter predicate flips repair renewal build"),
         ("/memory", "peak_bytes"),
         (
             "/iterations/0",

@@ -26,7 +26,7 @@ mod summary;
 
 use options::{Job, Options, ReportTarget, Verbosity};
 use progress::{Watched, Watcher};
-use summary::Summary;
+use summary::{Summary, breakdown};
 
 /// Runs the program; returns its exit status.
 pub fn run() -> u8 {
@@ -82,6 +82,7 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
         input: InputReport::of(&surface, job.surface.to_string_lossy().into_owned()),
         mesh: MeshReport::of(&mesh, &quality, &surface),
         time: TimeReport { read, check, ..TimeReport::of(&mesh.times) },
+        update: mesh.times.update_parts,
         memory: MemoryReport::default(),
         stopped: mesh.stopped.clone(),
         notes: watched.notes.clone(),
@@ -99,6 +100,9 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
     report.memory = MemoryReport::now();
     if job.verbosity > Verbosity::Quiet {
         say(&Summary(&report).to_string());
+    }
+    if job.verbosity >= Verbosity::Verbose {
+        say(&breakdown(&report.update));
     }
     written.and(write_report(job, &report))
 }

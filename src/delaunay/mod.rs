@@ -13,6 +13,8 @@ mod check;
 
 mod detect;
 
+mod edit;
+
 mod error;
 
 mod facet;
@@ -23,17 +25,29 @@ mod hull;
 
 mod insert;
 
+mod insert_vertex;
+
 mod locate;
 
 mod order;
 
 mod range;
 
+mod region;
+
 mod relocate;
+
+mod remove_vertex;
 
 mod repair;
 
 mod tets;
+
+mod tolerance;
+
+mod updater;
+
+mod vertex_filter;
 
 use std::fmt;
 
@@ -42,7 +56,8 @@ use glam::DVec3;
 pub use adjacency::Adjacency;
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
-pub use relocate::{Phases, Relocation};
+pub use relocate::{Breakdown, Relocation};
+pub use updater::{Method, Updater};
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]
@@ -52,6 +67,7 @@ pub struct Delaunay {
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
     motion: relocate::Motion,
+    edits: edit::Edits,
 }
 
 impl Delaunay {
@@ -73,7 +89,8 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors, motion: relocate::Motion::default() })
+        let (motion, edits) = Default::default();
+        Ok(Delaunay { points, scale, vertices, neighbors, motion, edits })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

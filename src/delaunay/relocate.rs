@@ -63,6 +63,8 @@ pub struct Relocation {
     pub bicells_failed: usize,
     /// Exact predicates evaluated.
     pub predicates: usize,
+    /// Vertices that failed a filter of vertices.
+    pub vertices_failed: usize,
     /// Flips.
     pub flips: usize,
     /// Tets turned inside out, or flat, by the motion.
@@ -71,37 +73,72 @@ pub struct Relocation {
     pub held_back: usize,
     /// Whether the triangulation was built anew.
     pub rebuilt: bool,
-    /// Time taken by the parts of the repair.
-    pub seconds: Phases,
+    /// Time taken by its parts.
+    pub seconds: Breakdown,
 }
 
-/// Seconds that the parts of a call of [`Delaunay::relocate`] took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Phases {
-    /// Testing all tets.
+/// Seconds that the parts of an update took, by the names of Zhou et al. 2010.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Breakdown {
+    /// Finding what may have changed.
     pub filter: f64,
-    /// Finding reversed tets, and holding back vertices.
-    pub hold: f64,
-    /// Flips before any vertex that was held back is brought home.
-    pub flip: f64,
-    /// Bringing home what was held back.
-    pub home: f64,
-    /// Filling gaps and bringing tets into order.
-    pub order: f64,
+    /// Exact predicates on that, before any flip.
+    pub predicate: f64,
+    /// Flips, and the tests of what they touch.
+    pub flips: f64,
+    /// Mending what flips alone cannot: reversed tets, and vertices that leave their place in the triangulation.
+    pub repair: f64,
+    /// Making ready for the next motion: renewal of the filter, gaps and order of the tets.
+    pub renewal: f64,
     /// Building anew.
     pub build: f64,
+}
+
+impl Breakdown {
+    /// The parts by name.
+    pub fn parts(&self) -> [(&'static str, f64); 6] {
+        let Breakdown { filter, predicate, flips, repair, renewal, build } = *self;
+        [
+            ("filter", filter),
+            ("predicate", predicate),
+            ("flips", flips),
+            ("repair", repair),
+            ("renewal", renewal),
+            ("build", build),
+        ]
+    }
+
+    /// Adds the times of a further update.
+    pub fn add(&mut self, other: &Breakdown) {
+        self.filter += other.filter;
+        self.predicate += other.predicate;
+        self.flips += other.flips;
+        self.repair += other.repair;
+        self.renewal += other.renewal;
+        self.build += other.build;
+    }
 }
 
 /// What is kept from one motion to the next.
 #[derive(Clone, Default)]
 pub struct Motion {
-    mesh: Mesh,
+    pub mesh: Mesh,
     corners: Vec<Corner>,
-    lists: Lists,
+    pub lists: Lists,
     /// Whether `mesh` fits the triangulation.
     ready: bool,
     /// Tets made anew since they were last brought into order.
     disorder: usize,
+}
+
+impl Motion {
+    /// Fills what flips and edits need beside the tets, if it is not there; `mesh` holds points and tets.
+    pub fn make_ready(&mut self) {
+        if !std::mem::replace(&mut self.ready, true) {
+            self.mesh.derive();
+            self.disorder = 0;
+        }
+    }
 }
 
 impl Delaunay {
@@ -109,6 +146,26 @@ impl Delaunay {
     ///
     /// Any motion will do; one that is small against the distances of points is fast. On an error nothing has changed.
     pub fn relocate(&mut self, new_positions: &[DVec3]) -> Result<Relocation, DelaunayError> {
+        let (points, scale) = self.held(new_positions)?;
+        let mut report = Relocation::default();
+        if scale == self.scale && self.follow(&points, &mut report).is_ok() {
+            self.points = points;
+            return Ok(report);
+        }
+        self.build_anew(points, scale, &mut report)?;
+        Ok(report)
+    }
+
+    /// As [`Delaunay::relocate`], by building anew.
+    pub(super) fn rebuild(&mut self, new_positions: &[DVec3]) -> Result<Relocation, DelaunayError> {
+        let (points, scale) = self.held(new_positions)?;
+        let mut report = Relocation::default();
+        self.build_anew(points, scale, &mut report)?;
+        Ok(report)
+    }
+
+    /// New positions as they are held, and their scale.
+    pub(super) fn held(&self, new_positions: &[DVec3]) -> Result<(Vec<DVec3>, f64), DelaunayError> {
         let (count, expected) = (new_positions.len(), self.points.len());
         if count != expected {
             return Err(DelaunayError::WrongCount { count, expected });
@@ -116,32 +173,34 @@ impl Delaunay {
         if let Some(index) = new_positions.iter().position(|p| !p.is_finite()) {
             return Err(DelaunayError::NotFinite { index, point: new_positions[index].to_array() });
         }
-        let (points, scale) = hold(new_positions);
-        let mut report = Relocation::default();
-        if scale == self.scale && self.follow(&points, &mut report).is_ok() {
-            self.points = points;
-            return Ok(report);
-        }
+        Ok(hold(new_positions))
+    }
+
+    /// Replaces all by the triangulation of `points`, which are held at `scale`.
+    pub(super) fn build_anew(
+        &mut self,
+        points: Vec<DVec3>,
+        scale: f64,
+        report: &mut Relocation,
+    ) -> Result<(), DelaunayError> {
         let clock = Instant::now();
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        report.seconds.build = clock.elapsed().as_secs_f64();
+        report.seconds.build += clock.elapsed().as_secs_f64();
         self.motion.ready = false;
         (self.points, self.scale, self.vertices, self.neighbors) = (points, scale, vertices, neighbors);
         report.rebuilt = true;
-        Ok(report)
+        Ok(())
     }
 
     /// Repairs the tets for new points. If that is given up, they are as they were.
     fn follow(&mut self, points: &[DVec3], report: &mut Relocation) -> Result<(), GivenUp> {
-        let Motion { mesh, corners: at, lists, ready, disorder } = &mut self.motion;
+        let mesh = &mut self.motion.mesh;
         std::mem::swap(&mut mesh.vertices, &mut self.vertices);
         std::mem::swap(&mut mesh.neighbors, &mut self.neighbors);
         mesh.points.clear();
         mesh.points.extend_from_slice(points);
-        if !std::mem::replace(ready, true) {
-            mesh.derive();
-            *disorder = 0;
-        }
+        self.motion.make_ready();
+        let Motion { mesh, corners: at, lists, disorder, .. } = &mut self.motion;
         corners(points, at);
         mesh.begin();
         let result = mesh.follow(at, &self.points, lists, report);
@@ -157,7 +216,7 @@ impl Delaunay {
             }
             Err(GivenUp) => mesh.undo(),
         }
-        report.seconds.order = clock.elapsed().as_secs_f64();
+        report.seconds.renewal = clock.elapsed().as_secs_f64();
         std::mem::swap(&mut mesh.vertices, &mut self.vertices);
         std::mem::swap(&mut mesh.neighbors, &mut self.neighbors);
         result
@@ -199,17 +258,18 @@ impl Mesh {
         lists.clear(count);
         suspects.iter().for_each(|&t| lists.push(t));
         report.bicells_failed = 4 * report.suspects + 3 * infinite.len();
+        report.seconds.predicate = lap();
         self.hold_back(&reversed, old, lists, report)?;
         if !self.fills_space_once(&infinite) {
             return Err(GivenUp);
         }
-        report.seconds.hold = lap();
+        report.seconds.repair = lap();
         // 3. Flips.
         self.flip_all(lists, report)?;
-        report.seconds.flip = lap();
+        report.seconds.flips = lap();
         // 4. Home.
         self.bring_home(lists, report)?;
-        report.seconds.home = lap();
+        report.seconds.repair += lap();
         if self.is_stuck(lists) { Err(GivenUp) } else { Ok(()) }
     }
 

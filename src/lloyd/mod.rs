@@ -17,10 +17,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::clipped_voronoi::{Cell, ClippedVoronoi, Clipper, Density};
-use crate::delaunay::{Delaunay, DelaunayError, Relocation};
+use crate::delaunay::{Delaunay, DelaunayError, Relocation, Updater};
 use crate::error::Error;
 use crate::geometry::frame::snap;
-use crate::params::{Boundary, Params, Update};
+use crate::params::{Boundary, Params};
 use crate::progress::{Flow, Observer, Step};
 use crate::seeds::{Anchor, Seeds};
 use crate::surface::Surface;
@@ -46,7 +46,7 @@ pub struct Relaxation<'a> {
     features: &'a Features,
     params: &'a Params,
     seeds: Seeds,
-    delaunay: Delaunay,
+    updater: Updater,
     clipper: Clipper<'a>,
     clipped: ClippedVoronoi,
     steps: Vec<Step>,
@@ -80,8 +80,9 @@ impl<'a> Relaxation<'a> {
         clipper.set_density(density(&seeds.relative_size));
         let started = Instant::now();
         let clipped = clipper.clip(&delaunay);
+        let updater = Updater::new(delaunay, params.update);
         times.centroids = started.elapsed().as_secs_f64();
-        Ok(Relaxation { surface, features, params, seeds, delaunay, clipper, clipped, steps: Vec::new(), times })
+        Ok(Relaxation { surface, features, params, seeds, updater, clipper, clipped, steps: Vec::new(), times })
     }
 
     /// At most so many iterations, until the energy settles or the caller stops.
@@ -109,9 +110,10 @@ impl<'a> Relaxation<'a> {
         let update_s = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
-        self.clipped = self.clipper.clip(&self.delaunay);
+        self.clipped = self.clipper.clip(self.updater.delaunay());
         let centroids_s = started.elapsed().as_secs_f64();
         self.times.update += update_s;
+        self.times.update_parts.add(&relocation.seconds);
         self.times.centroids += centroids_s;
         if self.params.check {
             self.check()?;
@@ -123,15 +125,15 @@ impl<'a> Relaxation<'a> {
             max_move: frame.length_to_model(max_move),
             update_s,
             centroids_s,
-            tets: self.delaunay.tets().count(),
-            bicells: 2 * self.delaunay.vertices().len(),
+            tets: self.delaunay().tets().count(),
+            bicells: 2 * self.delaunay().vertices().len(),
+            vertices_failed: relocation.vertices_failed,
             bicells_failed: relocation.bicells_failed,
             predicates: relocation.predicates,
             flips: relocation.flips,
             reversed: relocation.reversed,
             held_back: relocation.held_back,
             rebuilt: relocation.rebuilt,
-            ..Step::default()
         };
         self.steps.push(step);
         Ok(observer.seeds(Some(&step), &self.seeds.positions, frame))
@@ -142,14 +144,7 @@ impl<'a> Relaxation<'a> {
     fn relocate(&mut self, mut targets: Vec<(DVec3, Anchor)>) -> Result<(f64, Relocation), Error> {
         loop {
             let positions: Vec<DVec3> = targets.iter().map(|t| t.0).collect();
-            let updated = match self.params.update {
-                Update::Bicell => self.delaunay.relocate(&positions),
-                Update::Rebuild => Delaunay::build(&positions).map(|built| {
-                    self.delaunay = built;
-                    Relocation { rebuilt: true, ..Relocation::default() }
-                }),
-            };
-            match updated {
+            match self.updater.relocate(&positions) {
                 Ok(relocation) => {
                     let moves = positions.iter().zip(&self.seeds.positions).map(|(a, b)| a.distance(*b));
                     let longest = moves.fold(0.0, f64::max);
@@ -244,7 +239,7 @@ impl<'a> Relaxation<'a> {
 
     /// Every invariant that must hold between iterations.
     fn check(&self) -> Result<(), Error> {
-        self.delaunay.check().map_err(Error::Broken)?;
+        self.delaunay().check().map_err(Error::Broken)?;
         let volume: f64 = self.clipped.cells.iter().map(|c| c.volume).sum();
         let area: f64 = self.clipped.cells.iter().map(|c| c.area).sum();
         for (what, sum, whole) in [("volumes", volume, self.surface.volume()), ("areas", area, self.surface.area())] {
@@ -296,7 +291,7 @@ impl<'a> Relaxation<'a> {
 
     /// Their triangulation.
     pub fn delaunay(&self) -> &Delaunay {
-        &self.delaunay
+        self.updater.delaunay()
     }
 
     /// Their cells.
