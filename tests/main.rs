@@ -69,6 +69,13 @@ mod report;
 #[cfg(feature = "cli")]
 mod output;
 
+// The other formats, curved tets and Voronoi cells, each read back by the programs that they are for.
+#[cfg(feature = "cli")]
+mod formats;
+
+// One mesh at any scale and offset.
+mod scale;
+
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::Parser;
+use indicatif::ProgressBar;
 
 use crate::error::Error;
 use crate::io::atomic::AtomicFile;
@@ -20,10 +21,12 @@ use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
 
 mod interrupt;
+mod memory;
 mod options;
 mod progress;
 mod summary;
 
+use interrupt::Interrupt;
 use options::{Job, Options, ReportTarget, Verbosity};
 use progress::{Watched, Watcher};
 use summary::{Summary, breakdown};
@@ -39,7 +42,10 @@ pub fn run() -> u8 {
             return if message.use_stderr() { 2 } else { 0 };
         }
     };
-    match options.into_job().and_then(|job| execute(&job, started)) {
+    // Before the first file is tried.
+    let bar = ProgressBar::hidden();
+    let interrupt = Interrupt::listen(&bar);
+    match options.into_job().and_then(|job| execute(&job, Watcher::new(&job, bar, interrupt)?, started)) {
         Ok(()) => 0,
         Err(error) => {
             say(&format!("error: {error}"));
@@ -54,10 +60,9 @@ fn say(text: &str) {
 }
 
 /// Reads, meshes, writes, reports.
-fn execute(job: &Job, started: Instant) -> Result<(), Error> {
+fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(job.params.threads).build_global();
     pool.map_err(|e| Error::Parameter { option: "threads", reason: e.to_string() })?;
-    let mut watcher = Watcher::new(job)?;
     watcher.spin("reading the surface");
     let reading = Instant::now();
     let soup = load_surface(&job.surface)?;
@@ -69,10 +74,17 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
         watcher.note(note);
     }
 
+    if let Some(warning) =
+        memory::free().and_then(|free| memory::warning(memory::estimate(&job.params, &surface), free))
+    {
+        watcher.note(&warning);
+    }
+
     let result = tetrahedralize(&surface, &job.params, &mut watcher);
     watcher.clear();
-    let watched = watcher.finish();
     let mesh = result?;
+    let second_order = job.second_order.then(|| second_order(job, &mesh, &surface, &mut watcher));
+    let watched = watcher.finish();
 
     let measuring = Instant::now();
     let quality = TetQuality::of(&mesh);
@@ -92,7 +104,6 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
 
     let writing = Instant::now();
     let before = watched.writing;
-    let second_order = job.second_order.then(|| second_order(job, &mesh, &surface));
     let data = MeshData { mesh: &mesh, quality: &quality, second_order: second_order.as_ref(), encoding: job.encoding };
     let written = write_files(job, &data, watched);
     report.time.write = (before + writing.elapsed()).as_secs_f64();
@@ -108,11 +119,11 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
 }
 
 /// The nodes in the middle of edges.
-fn second_order(job: &Job, mesh: &TetMesh, surface: &Surface) -> SecondOrder {
+fn second_order(job: &Job, mesh: &TetMesh, surface: &Surface, watcher: &mut Watcher) -> SecondOrder {
     let nodes = SecondOrder::of(mesh, surface, &Features::find(surface, job.params.feature_angle));
-    if nodes.held_back > 0 && job.verbosity > Verbosity::Quiet {
-        say(&format!(
-            "note: {} nodes in the middle of edges are short of the surface: a tet would fold",
+    if nodes.held_back > 0 {
+        watcher.note(&format!(
+            "{} of the nodes on boundary edges are short of the surface: a tet would fold",
             nodes.held_back
         ));
     }

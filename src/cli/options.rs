@@ -1,5 +1,6 @@
 //! The command line, and what it asks for once it makes sense.
 
+use std::num::{IntErrorKind, ParseIntError};
 use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, Parser};
@@ -128,7 +129,10 @@ pub(super) struct Options {
 
 /// A number of things.
 fn count(text: &str) -> Result<usize, String> {
-    text.parse().map_err(|_| "a whole number is wanted".to_owned())
+    text.parse().map_err(|error: ParseIntError| match error.kind() {
+        IntErrorKind::PosOverflow => "that is more than any run could have".to_owned(),
+        _ => "a whole number is wanted".to_owned(),
+    })
 }
 
 /// `--edge`: a length, or a share of the diagonal.

@@ -53,12 +53,13 @@ pub(super) struct Watched {
 }
 
 impl Watcher {
-    pub(super) fn new(job: &Job) -> Result<Watcher, Error> {
+    /// Shows progress on `bar`, and asks `interrupt` whether to go on.
+    pub(super) fn new(job: &Job, bar: ProgressBar, interrupt: Interrupt) -> Result<Watcher, Error> {
         let shown = job.verbosity > Verbosity::Quiet && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(None, target);
+        bar.set_draw_target(target);
         Ok(Watcher {
-            interrupt: Interrupt::listen(&bar),
+            interrupt,
             bar,
             verbosity: job.verbosity,
             trajectory: job.trajectory.as_deref().map(TrajectoryWriter::create).transpose()?,
