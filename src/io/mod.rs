@@ -4,10 +4,8 @@ pub mod atomic;
 
 pub mod npy;
 
-pub mod obj;
-
-mod polygon;
+pub mod read;
 
 pub mod vtk;
 
-pub use obj::{load as load_surface, read as read_surface};
+pub use read::{load as load_surface, read as read_surface};
