@@ -2,6 +2,8 @@
 
 pub mod atomic;
 
+pub mod defects;
+
 pub mod npy;
 
 pub mod read;

@@ -77,7 +77,7 @@ pub enum Defect {
     },
     /// Edges with one face only.
     #[error(
-        "it is open: {} a face on one side only, {place}: close the holes, or weld vertices that nearly meet",
+        "it is open: {} a face on one side only, {place}: close the holes, or weld vertices that nearly meet (--repair does where they are small)",
         counted(*count, "edge has", "edges have")
     )]
     Open {
@@ -88,7 +88,7 @@ pub enum Defect {
     },
     /// Edges with more than two faces, where none of the faces cover each other.
     #[error(
-        "it has {} (more than two faces meet there), {place}: separate bodies that touch, remove inner walls",
+        "it has {} (more than two faces meet there), {place}: separate bodies that touch (--repair moves them apart), remove inner walls and sheets",
         counted(*count, "non-manifold edge", "non-manifold edges")
     )]
     NonManifoldEdges {
@@ -99,7 +99,7 @@ pub enum Defect {
     },
     /// Vertices whose faces form several fans.
     #[error(
-        "it has {} (parts of it touch in a point), {place}: move the parts away from each other there",
+        "it has {} (parts of it touch in a point), {place}: move the parts away from each other there (--repair does)",
         counted(*count, "non-manifold vertex", "non-manifold vertices")
     )]
     NonManifoldVertices {
@@ -118,7 +118,7 @@ pub enum Defect {
     },
     /// Faces over the same three vertices.
     #[error(
-        "it has {} over the same three vertices as another, which makes a non-manifold edge or a fold, {place}: remove the copies, or both faces of an inner wall where bodies touch",
+        "it has {} over the same three vertices as another, which makes a non-manifold edge or a fold, {place}: remove the copies, or both faces of an inner wall where bodies touch (--repair does)",
         counted(*count, "duplicate face", "duplicate faces")
     )]
     DuplicateFaces {
@@ -225,4 +225,6 @@ pub enum Shape {
 pub struct Marks {
     /// Each flaw, its shape, and the face of the input that it is on, counted from 0.
     pub list: Vec<(Flaw, Shape, u32)>,
+    /// What was mended before the surface was refused.
+    pub notes: Vec<String>,
 }

@@ -147,7 +147,7 @@ fn vertices(soup: &Soup, twin: &[EdgeId], marks: &mut Marks) -> Result<(), Defec
 }
 
 /// The number `3 t + i` of the corner of `t` that is vertex `v`.
-fn corner_at(triangles: &[[u32; 3]], t: u32, v: u32) -> u32 {
+pub fn corner_at(triangles: &[[u32; 3]], t: u32, v: u32) -> u32 {
     let i = triangles[t as usize].iter().position(|&w| w == v);
     3 * t + i.expect("twins share their ends: this is a bug in tetcvt") as u32
 }

@@ -24,6 +24,8 @@ mod orient;
 
 mod ray;
 
+mod repair;
+
 mod soup;
 
 use box_tree::BoxTree;
@@ -47,6 +49,17 @@ pub struct Surface {
     volume: f64,
     area: f64,
     diagonal: f64,
+}
+
+/// How much of what is wrong is mended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mending {
+    /// What leaves the shape as it is; the rest is refused.
+    #[default]
+    Exact,
+    /// Also what changes the shape a little, within stated bounds: nearly equal vertices of open edges are welded,
+    /// duplicate faces and hanging sheets dropped, parts that touch moved apart, small and nearly flat holes filled.
+    Repair,
 }
 
 /// Triangles that have passed every check.
@@ -95,21 +108,21 @@ impl Surface {
     /// # Panics
     /// Unless `source` and `patch` are as long as `triangles`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]], source: &[u32], patch: &[u32]) -> Result<Surface, Defect> {
-        Surface::new_marked(points, triangles, source, patch, &mut Marks::default())
+        Surface::build(points, triangles, [source, patch], Mending::default(), &mut Marks::default())
     }
 
-    /// The same; the places of all that is wrong go to `marks`.
+    /// The same with the choice of what is mended; the places of all that is wrong go to `marks`.
     ///
     /// # Errors
     /// The [`Defect`], with how often it occurs and where first.
     ///
     /// # Panics
     /// Unless `source` and `patch` are as long as `triangles`.
-    pub fn new_marked(
+    pub fn build(
         points: &[DVec3],
         triangles: &[[u32; 3]],
-        source: &[u32],
-        patch: &[u32],
+        [source, patch]: [&[u32]; 2],
+        mending: Mending,
         marks: &mut Marks,
     ) -> Result<Surface, Defect> {
         assert!(
@@ -117,7 +130,11 @@ impl Surface {
             "one source and one patch per triangle"
         );
         let mut notes = vec![];
-        let (soup, frame) = Soup::new(points, triangles, source, patch, &mut notes)?;
+        let (mut soup, frame) = Soup::new(points, triangles, source, patch, &mut notes)?;
+        if mending == Mending::Repair {
+            repair::mend(&mut soup, &frame, &mut notes);
+            marks.notes.clone_from(&notes);
+        }
         let sound = match Sound::make(soup.clone(), marks) {
             // What has no area may be a spike that overshoots: without it the surface may be sound.
             Err(defect @ Defect::SelfCrossing { .. }) => match needles::without_spikes(soup, &mut notes) {
@@ -193,6 +210,11 @@ impl Surface {
     /// For each triangle, the id of its patch.
     pub fn patch(&self) -> &[u32] {
         &self.patch
+    }
+
+    /// Whether the input tells patches apart: whether there are two or more.
+    pub fn has_patches(&self) -> bool {
+        self.patch.windows(2).any(|p| p[0] != p[1])
     }
 
     /// For each triangle, the connected shell that it belongs to.

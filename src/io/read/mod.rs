@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::surface::defects::{Defect, Marks};
-use crate::surface::{Surface, note_count};
+use crate::surface::{Mending, Surface, note_count};
 
 mod gltf;
 
@@ -153,15 +153,15 @@ impl Soup {
     /// # Errors
     /// The [`Defect`] that keeps it from bounding a solid.
     pub fn check(self) -> Result<Surface, Defect> {
-        self.check_marked(&mut Marks::default())
+        self.check_mended(Mending::default(), &mut Marks::default())
     }
 
-    /// The same; the places of all that is wrong go to `marks`.
+    /// The same with the choice of what is mended; the places of all that is wrong go to `marks`.
     ///
     /// # Errors
     /// The [`Defect`] that keeps it from bounding a solid.
-    pub fn check_marked(self, marks: &mut Marks) -> Result<Surface, Defect> {
-        let surface = Surface::new_marked(&self.points, &self.triangles, &self.source, &self.patch, marks)?;
+    pub fn check_mended(self, mending: Mending, marks: &mut Marks) -> Result<Surface, Defect> {
+        let surface = Surface::build(&self.points, &self.triangles, [&self.source, &self.patch], mending, marks)?;
         Ok(surface.with_notes(self.notes))
     }
 
