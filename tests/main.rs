@@ -21,6 +21,15 @@ mod shapes;
 // Reading and checking surfaces.
 mod surface;
 
+// Every format that is read.
+mod formats;
+
+// Scenes of glTF.
+mod gltf;
+
+// Self-crossings, and what is mended on request.
+mod defects;
+
 // Inside tests, closest points, boxes and rays against brute force.
 mod box_tree;
 
@@ -52,6 +61,10 @@ mod cli;
 // The binary against signals, closed pipes, full disks.
 #[cfg(all(unix, feature = "cli"))]
 mod cli_unix;
+
+// The binary on surfaces of every kind, and on files of other programs.
+#[cfg(feature = "cli")]
+mod cli_input;
 
 // What a run says of its mesh.
 mod report;

@@ -44,6 +44,11 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
     let mut json = document.into_json();
     // What is left of them means nothing to the geometry, but validation would refuse it.
     json.extensions_required.clear();
+    // The validation itself takes these indices for granted.
+    let attributes = json.meshes.iter().flat_map(|m| &m.primitives).flat_map(|p| p.attributes.values());
+    if let Some(index) = attributes.map(|a| a.value()).find(|&i| i >= json.accessors.len()) {
+        return Err(format!("a primitive refers to accessor {index}, but there are {}", json.accessors.len()));
+    }
     let document = gltf::Document::from_json(json).map_err(|e| format!("it is not valid: {e}"))?;
     let buffers = document.buffers().map(|b| buffer(&b, blob, folder)).collect::<Result<Vec<_>, _>>()?;
     let held = buffers.iter().map(Vec::len).sum::<usize>() + bytes.len();
