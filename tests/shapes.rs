@@ -268,7 +268,7 @@ pub fn bad_models() -> Vec<(&'static str, Vec<u8>)> {
     add(
         "crossing_spheres.obj",
         Shape::icosphere(1, 1.0)
-            .with(&Shape::icosphere(1, 1.0).placed(DVec3::X, 1.0))
+            .with(&Shape::icosphere(1, 1.0).placed(DVec3::X * 0.7, 1.0))
             .obj("two spheres through each other"),
     );
     let on_it = cube().placed(DVec3::new(0.1, 0.2, 1.5), 0.5);

@@ -124,16 +124,16 @@ impl File<'_> {
         let integer = |bytes, signed| Kind::Integer { bytes, signed };
         Ok(match word.to_ascii_lowercase().as_slice() {
             b"bit" => Kind::Bit,
-            b"unsigned_char" => BYTE,
-            b"char" | b"signed_char" => integer(1, true),
-            b"unsigned_short" => integer(2, false),
-            b"short" => integer(2, true),
-            b"unsigned_int" => integer(4, false),
-            b"int" | b"vtkidtype" => INT,
-            b"unsigned_long" | b"vtktypeuint64" => integer(8, false),
-            b"long" | b"vtktypeint64" => integer(8, true),
-            b"float" => Kind::Float,
-            b"double" => Kind::Double,
+            b"unsigned_char" | b"vtktypeuint8" => BYTE,
+            b"char" | b"signed_char" | b"vtktypeint8" => integer(1, true),
+            b"unsigned_short" | b"vtktypeuint16" => integer(2, false),
+            b"short" | b"vtktypeint16" => integer(2, true),
+            b"unsigned_int" | b"vtktypeuint32" => integer(4, false),
+            b"int" | b"vtkidtype" | b"vtktypeint32" => INT,
+            b"unsigned_long" | b"unsigned_long_long" | b"vtktypeuint64" => integer(8, false),
+            b"long" | b"long_long" | b"vtktypeint64" => integer(8, true),
+            b"float" | b"vtktypefloat32" => Kind::Float,
+            b"double" | b"vtktypefloat64" => Kind::Double,
             _ => return Err(format!("line {}: {} is no type of numbers", self.words.line(), quoted(word))),
         })
     }

@@ -98,6 +98,8 @@ struct Document {
     /// The section of the piece that the reader is in, and whether it is in one of its arrays.
     section: Vec<u8>,
     in_array: bool,
+    /// How deep it is in elements of the array, whose text is no part of it.
+    beneath: usize,
 }
 
 impl Document {
@@ -106,6 +108,10 @@ impl Document {
             let found = tag.try_get_attribute(name).map_err(|e| e.to_string())?;
             found.map(|a| a.unescape_value().map(|v| v.into_owned()).map_err(|e| e.to_string())).transpose()
         };
+        if self.in_array {
+            self.beneath += 1;
+            return Ok(());
+        }
         match tag.name().as_ref() {
             b"VTKFile" => {
                 let kind = attribute("type")?.unwrap_or_default();
@@ -161,6 +167,7 @@ impl Document {
 
     fn close(&mut self, name: &[u8]) {
         match name {
+            _ if self.beneath > 0 => self.beneath -= 1,
             b"DataArray" | b"Array" => self.in_array = false,
             name if name == self.section => self.section.clear(),
             _ => {}
@@ -168,7 +175,7 @@ impl Document {
     }
 
     fn text(&mut self, text: &[u8]) {
-        if let Some(array) = self.pieces.last_mut().and_then(|p| p.last_mut()).filter(|_| self.in_array) {
+        if let Some(array) = self.pieces.last_mut().and_then(|p| p.last_mut()).filter(|_| self.in_array && self.beneath == 0) {
             array.text.extend_from_slice(text);
         }
     }
@@ -336,7 +343,7 @@ impl Type {
 /// Decodes base64, in which header and numbers may each end in padding.
 fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     let clean: Vec<u8> = text.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
-    // What follows the numbers is the end of the section.
+    // What follows the last array is the end of the section.
     let end = clean.iter().position(|&b| b == b'<').unwrap_or(clean.len());
     let mut bytes = vec![];
     let mut rest = &clean[..end];
