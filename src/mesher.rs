@@ -62,7 +62,9 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     // 4. The restricted Delaunay tets and their boundary.
     let kinds = relaxation.seeds().kinds();
     let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
-    let mut mesh = extract::mesh(&sampling, &inside);
+    // The input's own patches, or else the smooth pieces between its creases.
+    let patch = if surface.has_patches() { surface.patch() } else { &features.face };
+    let mut mesh = extract::mesh(&sampling, &inside, patch);
     mesh.check().map_err(Error::Broken)?;
 
     mesh.stopped = describe(stopped, params);

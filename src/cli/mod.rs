@@ -10,13 +10,14 @@ use indicatif::ProgressBar;
 use crate::error::Error;
 use crate::io::atomic::AtomicFile;
 use crate::io::npy::TrajectoryWriter;
-use crate::io::{self as files, MeshData, load_surface};
+use crate::io::{self as files, MeshData, defects, load_surface};
 use crate::mesher::tetrahedralize;
 use crate::progress::Observer;
 use crate::quality::TetQuality;
 use crate::report::{InputReport, MemoryReport, MeshReport, Report, TimeReport};
 use crate::second_order::SecondOrder;
 use crate::surface::Surface;
+use crate::surface::defects::Marks;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
 
@@ -68,7 +69,13 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     let soup = load_surface(&job.surface)?;
     let read = reading.elapsed().as_secs_f64();
     let checking = Instant::now();
-    let surface = soup.check()?;
+    let mut marks = Marks::default();
+    let surface = soup.check_mended(job.mending, &mut marks).map_err(|defect| {
+        marks.notes.iter().for_each(|note| watcher.note(note));
+        watcher.clear();
+        show_defects(job, &marks);
+        defect
+    })?;
     let check = checking.elapsed().as_secs_f64();
     for note in surface.notes() {
         watcher.note(note);
@@ -128,6 +135,19 @@ fn second_order(job: &Job, mesh: &TetMesh, surface: &Surface, watcher: &mut Watc
         ));
     }
     nodes
+}
+
+/// Writes the file with the places of defects, if there are any to show. The refusal is what matters: that it cannot be
+/// written as well is only said.
+fn show_defects(job: &Job, marks: &Marks) {
+    if marks.list.is_empty() {
+        return;
+    }
+    match defects::write(&job.defects_file, marks) {
+        Ok(()) if job.verbosity > Verbosity::Quiet => say(&format!("wrote      {}", job.defects_file.display())),
+        Ok(()) => {}
+        Err(error) => say(&format!("note: {error}")),
+    }
 }
 
 /// Writes every file that can be written, then tells of the first that could not.

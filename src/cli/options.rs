@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
+use crate::surface::Mending;
 
 const AFTER_HELP: &str = "\
 Exit status:
@@ -33,9 +34,14 @@ Examples:
 #[derive(Debug, Parser)]
 #[command(version, after_help = AFTER_HELP, max_term_width = 100)]
 pub(super) struct Options {
-    /// Closed triangle surface: OBJ
+    /// Closed triangle surface: OBJ, STL, PLY, OFF, VTK (.vtk, .vtp, .vtu), glTF (.gltf, .glb)
     #[arg(value_name = "SURFACE")]
     surface: PathBuf,
+
+    /// Mend what hardly changes the shape: weld edges that nearly meet, fill small flat holes, drop duplicate faces and
+    /// hanging sheets, move apart what touches
+    #[arg(long, help_heading = "Surface")]
+    repair: bool,
 
     /// Vertices of the mesh: exactly N [default: 20000]
     #[arg(long, value_name = "N", help_heading = "Size", value_parser = count, conflicts_with = "edge", allow_negative_numbers = true)]
@@ -171,6 +177,8 @@ pub(super) enum ReportTarget {
 /// A command line that makes sense.
 pub(super) struct Job {
     pub surface: PathBuf,
+    pub mending: Mending,
+    pub defects_file: PathBuf,
     pub params: Params,
     pub verbosity: Verbosity,
     pub mesh_file: PathBuf,
@@ -196,6 +204,8 @@ impl Options {
             name.push(suffix);
             PathBuf::from(name)
         };
+        let defects_file = default_name(".defects.vtp");
+        let mending = if self.repair { Mending::Repair } else { Mending::Exact };
         let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
         let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
         let mesh_format = MeshFormat::of(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, MeshFormat::KNOWN))?;
@@ -224,6 +234,8 @@ impl Options {
         let surface = self.surface;
         let job = Job {
             surface,
+            mending,
+            defects_file,
             params,
             verbosity,
             mesh_file,
