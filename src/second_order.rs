@@ -209,11 +209,11 @@ fn jacobian_coefficients(p: [DVec3; 4], middles: [DVec3; 6]) -> [f64; 20] {
     for a in 0..4 {
         for b in 0..4 {
             let across = derivative[0][a].cross(derivative[1][b]);
-            for c in 0..4 {
+            for (c, slope) in derivative[2].iter().enumerate() {
                 let mut index = [a, b, c];
                 index.sort_unstable();
                 let [i, j, k] = index;
-                sums[i][j][k] += across.dot(derivative[2][c]);
+                sums[i][j][k] += across.dot(*slope);
             }
         }
     }

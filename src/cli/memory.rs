@@ -1,6 +1,6 @@
 //! How much memory a run will take, and how much there is.
 
-use crate::params::{Params, Target};
+use crate::params::{MOST_SEEDS, Params, Target};
 use crate::surface::Surface;
 
 /// Bytes that any run takes.
@@ -8,7 +8,7 @@ const BASE: f64 = 2e7;
 
 /// Bytes to a vertex of the mesh, and to a triangle of the surface, at the peak of a run: measured with 20,000 to 400,000
 /// vertices over surfaces of 3,674 to 69,664 triangles.
-const PER_VERTEX: f64 = 2500.0;
+const PER_VERTEX: f64 = 2000.0;
 const PER_TRIANGLE: f64 = 600.0;
 
 /// Vertices over the volume of a regular tet's edge cubed, and over the area of that edge squared: what `--edge` leads to,
@@ -24,6 +24,8 @@ pub(super) fn estimate(params: &Params, surface: &Surface) -> f64 {
         Target::Edge(l) => by_edge(l * surface.frame().scale),
         Target::RelativeEdge(share) => by_edge(share * surface.diagonal()),
     };
+    // More is refused.
+    let vertices = vertices.min(MOST_SEEDS as f64);
     BASE + PER_VERTEX * vertices + PER_TRIANGLE * surface.triangles().len() as f64
 }
 

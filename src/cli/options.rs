@@ -21,14 +21,16 @@ Exit status:
   5    no valid mesh at this count
   130  interrupted with nothing to keep
 
-Ctrl-C finishes with the seeds as they are; a second one stops at once.
+Ctrl-C, or SIGTERM, finishes with the seeds as they are; a second one stops at once.
 Progress and messages go to standard error, standard output carries only what is asked for.
 
 Examples:
   tetcvt bunny.obj --seeds 20000
       bunny.vtu, a mesh of exactly 20000 vertices, and bunny.surface.vtp, its boundary
   tetcvt part.obj --edge 2% -o out/part.vtu --surface out/part.vtp --json out/part.json
-      edges of 2 % of the diagonal, files where you want them, and a report";
+      edges of 2 % of the diagonal, files where you want them, and a report
+  tetcvt part.obj -o part.msh --second-order --surface part.stl
+      curved tets for Gmsh, with groups for regions and patches, and the boundary as STL";
 
 /// Fills a closed triangle surface with tetrahedra, by a centroidal Voronoi tessellation.
 #[derive(Debug, Parser)]

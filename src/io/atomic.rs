@@ -199,10 +199,7 @@ impl Temporary {
             // Less the user's mask, as a plain create.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        let file = builder.tempfile_in(folder(target)).map_err(|e| {
-            // The temporary name means nothing to the user.
-            io::Error::new(e.kind(), e.get_ref().map_or_else(|| e.to_string(), cause))
-        })?;
+        let file = builder.tempfile_in(folder(target))?;
         files.insert(file.path().to_owned());
         Ok(Temporary { writer: Some(BufWriter::with_capacity(1 << 16, file)) })
     }
@@ -239,13 +236,14 @@ impl Drop for Temporary {
     }
 }
 
-/// What the operating system said, without the path that `tempfile` wraps it in.
-fn cause(error: &(dyn std::error::Error + Send + Sync + 'static)) -> String {
-    error.source().map_or_else(|| error.to_string(), |s| s.to_string())
+/// What the operating system said, without the temporary name that `tempfile` adds: it means nothing to the user.
+fn reason(error: &io::Error) -> String {
+    let said = error.get_ref().and_then(|inner| inner.source());
+    said.map_or_else(|| error.to_string(), |source| source.to_string())
 }
 
-fn failure(path: &Path, error: &io::Error) -> Error {
-    Error::Write { path: path.to_owned(), reason: error.to_string() }
+pub(super) fn failure(path: &Path, error: &io::Error) -> Error {
+    Error::Write { path: path.to_owned(), reason: reason(error) }
 }
 
 /// The metadata of what `path` leads to, if anything.

@@ -61,7 +61,7 @@ impl<W: Write> Numbers<'_, W> {
     /// Ends a section; a binary one needs the end of a line too.
     fn close(&mut self, section: &str) -> io::Result<()> {
         let begin = if self.binary { "\n" } else { "" };
-        write!(self.out, "{begin}$End{section}\n")
+        writeln!(self.out, "{begin}$End{section}")
     }
 }
 
