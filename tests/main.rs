@@ -34,7 +34,7 @@ mod seeds;
 mod clipped_voronoi;
 
 // Energy, determinism.
-mod lloyd;
+mod relax;
 
 // From triangulation to mesh.
 mod extract;

@@ -57,7 +57,7 @@ pub(super) struct Options {
     start: Start,
 
     /// How seeds move
-    #[arg(long, help_heading = "Iterations", default_value = "lloyd")]
+    #[arg(long, help_heading = "Iterations", default_value = "lbfgs")]
     optimizer: Optimizer,
 
     /// At most K iterations; 0 = only sample
@@ -79,6 +79,10 @@ pub(super) struct Options {
     /// Seed of every random choice
     #[arg(long, value_name = "N", help_heading = "Run", default_value_t = 1)]
     random_seed: u64,
+
+    /// Finish with the best mesh so far after about S seconds
+    #[arg(long, value_name = "S", help_heading = "Run", allow_negative_numbers = true)]
+    time_limit: Option<f64>,
 
     /// Verify every invariant after every iteration (slow)
     #[arg(long, help_heading = "Run")]
@@ -227,6 +231,7 @@ impl Options {
             tolerance: self.tolerance,
             threads: self.threads.map_or(0, usize::from),
             random_seed: self.random_seed,
+            time_limit: self.time_limit,
             check: self.check,
         }
     }
