@@ -133,7 +133,7 @@ impl<'a> Relaxation<'a> {
         times.build = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
-        let confines = Confines { surface, features, boundary: params.boundary };
+        let confines = Confines { surface, features, boundary: params.boundary, adopted_area: f64::INFINITY };
         let tangents = Tangents::new(surface, features);
         let mut objective = match params.boundary {
             Boundary::Conform => Objective::conforming(seeds.spacing),
@@ -207,7 +207,9 @@ impl<'a> Relaxation<'a> {
 
     /// Where `motion` takes the seeds.
     fn targets(&self, motion: &[DVec3], lloyd: &[DVec3]) -> Vec<Target> {
-        self.confines.targets(&self.seeds, &self.state.clipped, &self.state.chains, motion, lloyd)
+        let adopted_area = targets::adopted_area(self.steps.len(), self.seeds.spacing);
+        let confines = Confines { adopted_area, ..self.confines };
+        confines.targets(&self.seeds, &self.state.clipped, &self.state.chains, motion, lloyd)
     }
 
     /// The motion that was made, confined as seeds are; `None` for a seed that came to belong elsewhere.

@@ -12,6 +12,9 @@
 //! doi 10.1145/1559755.1559758), 2 m (x(i) - c) in each term with the mass m and the centroid c of the seed's piece,
 //! brought into the coordinates of the seed's kind (`tangents.rs`). Its zeros are centroidal in all dimensions at once.
 //!
+//! Departure: an interior seed does not feel the second term. Where its cell reaches the surface it has to give way to
+//! the surface's own seeds or become one of them, and its pull there would make it stay.
+//!
 //! With [`Boundary::Free`](crate::params::Boundary) the first term is all.
 
 use glam::DVec3;
@@ -21,14 +24,14 @@ use super::creases::Chain;
 use super::tangents::Tangents;
 use super::vectors;
 use crate::clipped_voronoi::{Cell, ClippedVoronoi};
-use crate::seeds::Seeds;
+use crate::seeds::{Anchor, Seeds};
 use crate::surface::Surface;
 
 /// λ over the spacing.
-const SURFACE_WEIGHT: f64 = 1.0;
+const SURFACE_WEIGHT: f64 = 0.5;
 
 /// μ over the square of the spacing.
-const CREASE_WEIGHT: f64 = 1.0;
+const CREASE_WEIGHT: f64 = 0.25;
 
 /// The energy at the seeds' places, and its slope there.
 pub(super) struct Slope {
@@ -90,8 +93,9 @@ impl Objective {
             .into_par_iter()
             .map(|i| {
                 let Cell { volume, moment, area_moment, area_mass, .. } = cells[i];
-                let force = -2.0 * (moment + self.surface_weight * area_moment);
-                let mass = volume + self.surface_weight * area_mass;
+                let weight = if seeds.anchors[i] == Anchor::Interior { 0.0 } else { self.surface_weight };
+                let force = -2.0 * (moment + weight * area_moment);
+                let mass = volume + weight * area_mass;
                 (tangents.force(seeds.positions[i], seeds.anchors[i], force), 2.0 * mass)
             })
             .unzip();

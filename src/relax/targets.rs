@@ -12,7 +12,11 @@ use crate::surface::Surface;
 use crate::surface::features::Features;
 
 /// An interior seed that owns more than this share of a surface seed's mean area becomes a surface seed.
-const ADOPTED_AREA: f64 = 0.1;
+const ADOPTED_AREA: f64 = 0.12;
+
+/// In the first iterations this share: many are on their way inside.
+const ADOPTED_EARLY: f64 = 0.3;
+const EARLY: usize = 10;
 
 /// No seed moves further than this share of the spacing, or than so many steps of Lloyd where these are longer: no cell
 /// is left behind.
@@ -28,6 +32,15 @@ pub(super) struct Confines<'a> {
     pub(super) surface: &'a Surface,
     pub(super) features: &'a Features,
     pub(super) boundary: Boundary,
+    /// The least area with which an interior seed becomes a surface seed.
+    pub(super) adopted_area: f64,
+}
+
+/// See [`Confines::adopted_area`]: after so many iterations, where seeds are so far apart.
+pub(super) fn adopted_area(iterations: usize, spacing: f64) -> f64 {
+    let share = if iterations < EARLY { ADOPTED_EARLY } else { ADOPTED_AREA };
+    // Of the area of a hexagon.
+    share * 0.866 * spacing * spacing
 }
 
 impl Confines<'_> {
@@ -54,7 +67,7 @@ impl Confines<'_> {
                 let longest = (LONGEST * seeds.spacing).max(LONGEST_OF_LLOYD * lloyd[i].length());
                 let (at, way) = (seeds.positions[i], motion[i].clamp_length_max(longest));
                 match seeds.anchors[i] {
-                    Anchor::Interior => self.interior(at, way, &clipped.cells[i], seeds.spacing),
+                    Anchor::Interior => self.interior(at, way, &clipped.cells[i]),
                     Anchor::Surface { triangle } if way == DVec3::ZERO => (at, Anchor::Surface { triangle }),
                     Anchor::Surface { .. } => self.onto_surface(at + way),
                     fixed => (at, fixed),
@@ -90,10 +103,8 @@ impl Confines<'_> {
     }
 
     /// Along its way; in a gap of the surface, to a place on it.
-    fn interior(&self, at: DVec3, way: DVec3, cell: &Cell, spacing: f64) -> Target {
-        // Area of a hexagon at the even spacing.
-        let surface_seed_area = 0.866 * spacing * spacing;
-        if self.boundary == Boundary::Conform && cell.area > ADOPTED_AREA * surface_seed_area {
+    fn interior(&self, at: DVec3, way: DVec3, cell: &Cell) -> Target {
+        if self.boundary == Boundary::Conform && cell.area > self.adopted_area {
             return self.onto_surface(at + cell.area_moment / cell.area_mass);
         }
         (snap(at + way), Anchor::Interior)
