@@ -44,7 +44,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     // 2. To a centroidal Voronoi tessellation of the solid.
     observer.stage(Stage::Relax { iterations: params.iterations });
     let mut relaxation = Relaxation::new(surface, &features, params, seeds, deadline)?;
-    let mut stopped = relaxation.run(params.iterations * 2 / 3, observer)?;
+    let mut stopped = relaxation.run(params.iterations / 3, observer)?;
     if params.boundary == Boundary::Conform && !stopped.is_interruption() && params.iterations > 0 {
         stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
     }
@@ -62,11 +62,10 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
         stopped = relaxation.run(params.iterations - relaxation.iterations(), observer)?;
         inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
     }
-    if stopped == Stopped::Iterations || stopped == Stopped::Tolerance {
-        if std::env::var("NOODT").is_err() {
-            relaxation.reduce_slivers(observer)?;
-            inside = refine::until_valid(&mut relaxation, surface, params, observer, true)?;
-        }
+    if !stopped.is_interruption() && params.iterations > 0 {
+        let last = relaxation.reduce_slivers(observer)?;
+        stopped = if last.is_interruption() { last } else { stopped };
+        inside = refine::until_valid(&mut relaxation, surface, params, observer, true)?;
     }
     observer.triangulation(relaxation.delaunay(), surface.frame());
 

@@ -82,7 +82,8 @@ pub struct Params {
     pub optimizer: Optimizer,
     /// How the triangulation follows them.
     pub update: Update,
-    /// At most so many iterations; 0 = only sample. A few more may follow where a valid mesh needs further seeds.
+    /// At most so many iterations; 0 = only sample. A few more may follow where a valid mesh needs further seeds, and a few
+    /// steps against slivers.
     pub iterations: usize,
     /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never.
     pub tolerance: f64,
@@ -105,8 +106,8 @@ impl Default for Params {
             start: Start::Bcc,
             optimizer: Optimizer::Lbfgs,
             update: Update::Bicell,
-            iterations: 100,
-            tolerance: 1e-6,
+            iterations: 40,
+            tolerance: 2e-5,
             threads: 0,
             random_seed: 1,
             time_limit: None,

@@ -61,11 +61,11 @@ pub(super) struct Options {
     optimizer: Optimizer,
 
     /// At most K iterations; 0 = only sample
-    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 40, allow_negative_numbers = true)]
     iterations: usize,
 
     /// Stop when the energy falls by less than T of itself in an iteration; 0 = never
-    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "1e-6", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "2e-5", allow_negative_numbers = true)]
     tolerance: f64,
 
     /// How the triangulation follows the seeds

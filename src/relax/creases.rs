@@ -24,13 +24,13 @@ pub(super) struct Chain {
     seeds: Vec<Link>,
 }
 
-/// A seed of a crease, or the corner at its end.
+/// A seed of a crease, or the corner at its end; corners and knots stay.
 #[derive(Clone, Copy)]
 struct Link {
     /// Arc length.
     at: f64,
     seed: u32,
-    is_corner: bool,
+    is_fixed: bool,
 }
 
 /// A seed that moves along a crease, and the ways to the next ones.
@@ -48,7 +48,8 @@ pub(super) fn chains(features: &Features, anchors: &[Anchor]) -> Vec<Chain> {
     let mut corners: Vec<(u32, u32)> = Vec::new();
     for (seed, anchor) in (0..).zip(anchors) {
         match *anchor {
-            Anchor::Curve { curve, at } => chains[curve as usize].seeds.push(Link { at, seed, is_corner: false }),
+            Anchor::Curve { curve, at } => chains[curve as usize].seeds.push(Link { at, seed, is_fixed: false }),
+            Anchor::Knot { curve, at } => chains[curve as usize].seeds.push(Link { at, seed, is_fixed: true }),
             Anchor::Corner { vertex } => corners.push((vertex, seed)),
             _ => {}
         }
@@ -58,7 +59,7 @@ pub(super) fn chains(features: &Features, anchors: &[Anchor]) -> Vec<Chain> {
     for (chain, curve) in chains.iter_mut().zip(&features.curves) {
         if !chain.closed {
             let ends = [(0.0, curve.vertices[0]), (chain.length, curve.vertices[curve.vertices.len() - 1])];
-            let link = |(at, v)| corner(v).map(|seed| Link { at, seed, is_corner: true });
+            let link = |(at, v)| corner(v).map(|seed| Link { at, seed, is_fixed: true });
             chain.seeds.extend(ends.into_iter().filter_map(link));
         }
         chain.seeds.sort_unstable_by(|a, b| a.at.total_cmp(&b.at).then(a.seed.cmp(&b.seed)));
@@ -85,7 +86,7 @@ impl Chain {
 
     /// The seeds that move, with the ways to the next ones: the piece of each ends half-way.
     pub(super) fn gaps(&self) -> impl Iterator<Item = Gap> + '_ {
-        (0..self.seeds.len()).filter(|&k| !self.seeds[k].is_corner).map(|k| {
+        (0..self.seeds.len()).filter(|&k| !self.seeds[k].is_fixed).map(|k| {
             let (Link { at, seed, .. }, [before, after]) = (self.seeds[k], self.around(k));
             Gap { seed, before: at - before, after: after - at }
         })
@@ -108,7 +109,7 @@ impl Chain {
         motion: &'a [DVec3],
     ) -> impl Iterator<Item = (u32, DVec3, Anchor)> + 'a {
         let curve = &features.curves[self.curve as usize];
-        self.seeds.iter().zip(0..).filter(|(link, _)| !link.is_corner).map(move |(link, k)| {
+        self.seeds.iter().zip(0..).filter(|(link, _)| !link.is_fixed).map(move |(link, k)| {
             let [before, after] = self.around(k);
             let way = motion[link.seed as usize].x;
             let at = link.at + way.clamp(NO_FURTHER * (before - link.at), NO_FURTHER * (after - link.at));
@@ -117,11 +118,29 @@ impl Chain {
         })
     }
 
-    /// Pairs of consecutive seeds.
-    fn stretches(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+    /// Pairs of consecutive seeds, and the arc length midway between them.
+    fn stretches(&self) -> impl Iterator<Item = ([u32; 2], f64)> + '_ {
         let n = self.seeds.len();
         let last = if self.closed && n > 2 { n } else { n.saturating_sub(1) };
-        (0..last).map(move |k| [self.seeds[k].seed, self.seeds[(k + 1) % n].seed])
+        (0..last).map(move |k| {
+            let (a, b) = (self.seeds[k], self.seeds[(k + 1) % n]);
+            let round = if b.at < a.at { self.length } else { 0.0 };
+            let middle = (a.at + b.at + round) / 2.0;
+            ([a.seed, b.seed], if middle < self.length { middle } else { middle - self.length })
+        })
+    }
+
+    /// New seeds in the middle of the stretches that are no edges of the mesh, each with the seeds before and after.
+    pub(super) fn splits<'a>(
+        &'a self,
+        features: &'a Features,
+        surface: &'a Surface,
+        is_edge: impl Fn(u32, u32) -> bool + 'a,
+    ) -> impl Iterator<Item = (DVec3, Anchor, [u32; 2])> + 'a {
+        let curve = &features.curves[self.curve as usize];
+        self.stretches()
+            .filter(move |([a, b], _)| a != b && !is_edge(*a, *b))
+            .map(move |(ends, at)| (curve.point_at(at, surface.points()), Anchor::Knot { curve: self.curve, at }, ends))
     }
 }
 
@@ -136,7 +155,7 @@ impl Guard {
     /// For so many seeds.
     pub(super) fn new(chains: &[Chain], seeds: usize) -> Guard {
         let mut pairs: Vec<[u32; 2]> = Vec::new();
-        for [p, q] in chains.iter().flat_map(Chain::stretches) {
+        for ([p, q], _) in chains.iter().flat_map(Chain::stretches) {
             pairs.extend([[p, q], [q, p]]);
         }
         pairs.sort_unstable();

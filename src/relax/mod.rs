@@ -55,6 +55,9 @@ use targets::{Confines, Target};
 /// No part of the surface is asked to be sampled finer than this share of the spacing.
 const LEAST_SIZE: f64 = 0.05;
 
+/// Stretches of creases below twice this share of the spacing are not split.
+const LEAST_STRETCH: f64 = 0.1;
+
 /// A motion of L-BFGS stands if the energy falls by this share of what the slope promises.
 const ENOUGH: f64 = 1e-4;
 
@@ -396,6 +399,22 @@ impl<'a> Relaxation<'a> {
         }
         let sizes = &self.seeds.relative_size;
         set_density(self.confines.surface, &mut self.clipper, &mut self.objective, sizes);
+    }
+
+    /// Places for seeds in the middle of the stretches of creases that are no edges of the mesh, as `is_edge` has it: each
+    /// with its anchor and the distance to the seeds before and after.
+    pub(crate) fn crease_splits(&self, is_edge: impl Fn(u32, u32) -> bool) -> Vec<(DVec3, Anchor, f64)> {
+        let least = LEAST_STRETCH * self.seeds.spacing;
+        let Confines { features, surface, .. } = self.confines;
+        let splits = self.state.chains.iter().flat_map(|c| c.splits(features, surface, &is_edge));
+        splits
+            .map(|(place, anchor, ends)| {
+                let size =
+                    ends.map(|e| self.seeds.positions[e as usize].distance(place)).into_iter().fold(0.0, f64::max);
+                (place, anchor, size)
+            })
+            .filter(|&(_, _, size)| size > least)
+            .collect()
     }
 
     /// The seeds as they are now.

@@ -131,3 +131,68 @@ fn second_moment(corners: [DVec3; 3], density: [f64; 3], area: f64) -> f64 {
     let squares: f64 = squares.iter().sum();
     area / 60.0 * (mass * (sum.length_squared() + squares) + 2.0 * (sum.dot(weighted) + weighted_squares))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clipped_voronoi::Clipper;
+    use crate::delaunay::Delaunay;
+    use crate::params::{Params, Target};
+    use crate::relax::creases;
+    use crate::seeds;
+    use crate::surface::features::Features;
+
+    fn cube() -> Surface {
+        let points: Vec<DVec3> =
+            (0..8).map(|i| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2 & 1) as f64)).collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Surface::new(&points, &triangles, &(0..12).collect::<Vec<u32>>(), &[0; 12]).expect("a cube")
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_energy_for_every_kind_of_seed() {
+        let surface = cube();
+        let features = Features::find(&surface, 40.0);
+        let params = Params { target: Target::Count(400), ..Params::default() };
+        let seeds = seeds::sample(&surface, &features, &params).expect("seeds");
+        let tangents = Tangents::new(&surface, &features);
+        let mut objective = Objective::conforming(seeds.spacing);
+        objective.set_density(&surface, |_| 1.0);
+        let slope = |seeds: &Seeds| {
+            let clipped = Clipper::new(&surface).clip(&Delaunay::build(&seeds.positions).expect("distinct seeds"));
+            let chains = creases::chains(&features, &seeds.anchors);
+            (objective.slope(seeds, &clipped, &tangents, &chains), clipped)
+        };
+        let (here, clipped) = slope(&seeds);
+        let scale = here.gradient.iter().map(|g| g.length()).fold(0.0, f64::max);
+        let mut tested = [0; 3];
+        for i in (0..seeds.positions.len()).step_by(7) {
+            let step = 1e-5;
+            let kind = seeds.anchors[i].kind() as usize;
+            // Where an interior seed reaches the surface the gradient leaves a part of the energy out.
+            if kind == 3 || kind == 0 && clipped.cells[i].area > 0.0 {
+                continue;
+            }
+            let moved = |way: f64| {
+                let mut moved = seeds.clone();
+                let direction = tangents.motion(seeds.positions[i], seeds.anchors[i], DVec3::new(1.0, 0.7, -0.4));
+                if let Anchor::Curve { curve, at } = seeds.anchors[i] {
+                    let at = at + way * direction.x;
+                    moved.positions[i] = features.curves[curve as usize].point_at(at, surface.points());
+                    moved.anchors[i] = Anchor::Curve { curve, at };
+                } else {
+                    moved.positions[i] += way * direction;
+                }
+                moved.positions[i] = crate::geometry::frame::snap(moved.positions[i]);
+                (slope(&moved).0.energy, direction)
+            };
+            let ((up, direction), (down, _)) = (moved(step), moved(-step));
+            let measured = (up - down) / (2.0 * step);
+            let claimed = here.gradient[i].dot(direction);
+            assert!((measured - claimed).abs() < 1e-4 * scale, "kind {kind}: {measured} against {claimed}, {scale}");
+            tested[kind] += 1;
+        }
+        assert!(tested.iter().all(|&n| n > 0), "{tested:?}");
+    }
+}

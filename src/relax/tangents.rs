@@ -1,7 +1,7 @@
 //! The directions in which seeds may move.
 //!
 //! A motion, or a gradient, has an entry for each seed in the coordinates of its kind: an interior seed's is a vector, a
-//! surface seed's a tangent vector, a curve seed's has the way along the crease in x, a corner's is 0.
+//! surface seed's a tangent vector, a curve seed's has the way along the crease in x, a corner's and a knot's are 0.
 //!
 //! Tangent planes are those of normals interpolated over each smooth patch: normals of the triangles would jump at every
 //! edge of the input, and the gradient with them.
@@ -68,7 +68,7 @@ impl<'a> Tangents<'a> {
                 motion - normal * normal.dot(motion)
             }
             Anchor::Curve { .. } => DVec3::X * motion.x,
-            Anchor::Corner { .. } => DVec3::ZERO,
+            Anchor::Corner { .. } | Anchor::Knot { .. } => DVec3::ZERO,
         }
     }
 
@@ -84,7 +84,9 @@ impl<'a> Tangents<'a> {
                 // Around a loop, the short way.
                 Some(DVec3::X * if curve.is_closed() { way - length * (way / length).round() } else { way })
             }
-            (Anchor::Corner { .. }, Anchor::Corner { .. }) => Some(DVec3::ZERO),
+            (Anchor::Corner { .. }, Anchor::Corner { .. }) | (Anchor::Knot { .. }, Anchor::Knot { .. }) => {
+                Some(DVec3::ZERO)
+            }
             _ => None,
         }
     }
