@@ -49,7 +49,7 @@ mod seeds;
 mod clipped_voronoi;
 
 // Energy, determinism.
-mod lloyd;
+mod relax;
 
 // Creases in the mesh.
 mod creases;

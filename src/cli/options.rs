@@ -66,15 +66,15 @@ pub(super) struct Options {
     start: Start,
 
     /// How seeds move
-    #[arg(long, help_heading = "Iterations", default_value = "lloyd")]
+    #[arg(long, help_heading = "Iterations", default_value = "lbfgs")]
     optimizer: Optimizer,
 
     /// At most K iterations; 0 = only sample
-    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 40, allow_negative_numbers = true)]
     iterations: usize,
 
     /// Stop when the energy falls by less than T of itself in an iteration; 0 = never
-    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "1e-6", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "2e-5", allow_negative_numbers = true)]
     tolerance: f64,
 
     /// How the triangulation follows the seeds
@@ -88,6 +88,10 @@ pub(super) struct Options {
     /// Seed of every random choice
     #[arg(long, value_name = "N", help_heading = "Run", default_value_t = 1)]
     random_seed: u64,
+
+    /// Finish with the best mesh so far after about S seconds
+    #[arg(long, value_name = "S", help_heading = "Run", allow_negative_numbers = true)]
+    time_limit: Option<f64>,
 
     /// Verify every invariant after every iteration (slow)
     #[arg(long, help_heading = "Run")]
@@ -272,6 +276,7 @@ impl Options {
             tolerance: self.tolerance,
             threads: self.threads.map_or(0, usize::from),
             random_seed: self.random_seed,
+            time_limit: self.time_limit,
             check: self.check,
         }
     }
