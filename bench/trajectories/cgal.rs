@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-use crate::Outcome;
-use crate::frames::Frames;
+use super::Outcome;
+use super::frames::Frames;
 
 /// The process.
 pub struct Cgal {

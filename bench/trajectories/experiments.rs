@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::Outcome;
+use super::Outcome;
 
 /// Where seeds begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +116,7 @@ impl Extent {
 /// The file of a model: in `models/` of the project, else in `folder`.
 pub fn find_model(name: &str, folder: &Path) -> Option<PathBuf> {
     let file = format!("{name}.obj");
-    [crate::project().join("models"), folder.to_owned()].into_iter().map(|f| f.join(&file)).find(|p| p.is_file())
+    [super::project().join("models"), folder.to_owned()].into_iter().map(|f| f.join(&file)).find(|p| p.is_file())
 }
 
 /// Those of `all` that `names` name, in their order; all where none is named.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::Outcome;
+use super::Outcome;
 
 /// Start of a file of NumPy's version 1.0.
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";

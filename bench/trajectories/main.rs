@@ -9,7 +9,7 @@
 
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -43,7 +43,7 @@ mod tables;
 
 use cgal::Cgal;
 use clock::Clock;
-use experiments::{Experiment, Start, choose, find_model};
+use experiments::{Experiment, Extent, Start, choose, find_model};
 use frames::Frames;
 use options::Options;
 use record::Run;
@@ -77,7 +77,6 @@ fn run(options: &Options) -> Outcome<()> {
         if cgal.is_none() {
             eprintln!("without CGAL: its columns stay empty, and speed is compared with our own rebuild");
         }
-        fs::write(folder.join("about.txt"), about(options))?;
         if options.experiments() {
             for experiment in &chosen {
                 run_experiment(experiment, options, cgal.as_mut(), &folder)?;
@@ -102,12 +101,7 @@ fn about(options: &Options) -> String {
 }
 
 /// Records and replays one experiment; its rows go to a file of its own.
-fn run_experiment(
-    experiment: &Experiment,
-    options: &Options,
-    cgal: Option<&mut Cgal>,
-    folder: &Path,
-) -> Outcome<()> {
+fn run_experiment(experiment: &Experiment, options: &Options, cgal: Option<&mut Cgal>, folder: &Path) -> Outcome<()> {
     let name = experiment.name;
     let Some(model) = find_model(experiment.model, &options.models) else {
         eprintln!("{name}: skipped: {}.obj is not in models/ or {}", experiment.model, options.models.display());
@@ -127,7 +121,7 @@ fn run_experiment(
     let rows = on_threads(options.threads, || replay::replay(&mut frames, &options.methods, cgal, sampling, clock))?
         .map_err(|e| format!("{name}: {e}"))?;
     eprintln!("{name}: followed in {:.1} s", started.elapsed().as_secs_f64());
-    rows::write(&rows, &folder.join(format!("{name}.csv")))?;
+    rows::write(&rows, &about(options), &folder.join(format!("{name}.csv")))?;
     discard(frames, options)
 }
 
@@ -146,7 +140,7 @@ fn run_scaling(options: &Options, mut cgal: Option<&mut Cgal>, folder: &Path) ->
         sizes.push(on_threads(options.threads, || scaling::measure(&mut frames, cgal, clock))??);
         discard(frames, options)?;
     }
-    scaling::write(&sizes, &folder.join("scaling.csv"))
+    scaling::write(&sizes, &about(options), &folder.join("scaling.csv"))
 }
 
 /// The trajectory of a run, recorded unless one of the same shape is there from before (`--keep`).
@@ -160,8 +154,9 @@ fn recorded(run: &Run, name: &str, options: &Options, folder: &Path) -> Outcome<
         }
     }
     let started = Instant::now();
-    record::record(run, &file).map_err(|e| format!("{name}: {e}"))?;
-    eprintln!("{name}: recorded in {:.1} s", started.elapsed().as_secs_f64());
+    let update = 100.0 * record::record(run, &file).map_err(|e| format!("{name}: {e}"))?;
+    let seconds = started.elapsed().as_secs_f64();
+    eprintln!("{name}: recorded in {seconds:.1} s; the update is {update:.1} % of an iteration");
     Frames::open(&file)
 }
 
@@ -180,11 +175,12 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Outco
 fn report(options: &Options, folder: &Path) -> Outcome<()> {
     let plots = folder.join("plots");
     fs::create_dir_all(&plots)?;
-    let mut summaries = Vec::new();
+    let (mut summaries, mut about) = (Vec::new(), Vec::new());
     for experiment in options.extent.experiments() {
         let file = folder.join(format!("{}.csv", experiment.name));
         if file.is_file() {
-            let rows: Vec<Row> = rows::read(&file)?;
+            let (when, rows): (String, Vec<Row>) = rows::read(&file)?;
+            about.push(when);
             if let Some(summary) = Summary::new(experiment.name, experiment.seeds, &rows) {
                 plots::draw(&summary, &rows, &plots.join(format!("{}.svg", experiment.name)))?;
                 summaries.push(summary);
@@ -192,8 +188,17 @@ fn report(options: &Options, folder: &Path) -> Outcome<()> {
         }
     }
     let scaling = folder.join("scaling.csv");
-    let sizes = if scaling.is_file() { scaling::read(&scaling)? } else { Vec::new() };
-    let about = fs::read_to_string(folder.join("about.txt"))?;
+    let mut sizes = Vec::new();
+    if scaling.is_file() {
+        let (when, rows) = scaling::read(&scaling)?;
+        about.push(when);
+        sizes = rows;
+    }
+    // As many lines as there were runs.
+    about.dedup();
+    if about.is_empty() {
+        return Err(format!("nothing was measured yet in {}", folder.display()).into());
+    }
     let text = tables::markdown(&summaries, &sizes, &about)?;
     tables::csv(&summaries, &folder.join("summary.csv"))?;
     fs::write(folder.join("tables.md"), &text)?;
@@ -205,23 +210,29 @@ fn report(options: &Options, folder: &Path) -> Outcome<()> {
     Ok(())
 }
 
-/// Brings the tables into the README, and the plots and the summary beside it.
+/// Brings the tables into the README, and the plots and what they show beside it.
 fn publish(summaries: &[Summary], text: &str, folder: &Path) -> Outcome<()> {
     let bench = project().join("bench");
-    let to: PathBuf = bench.join("plots");
-    if to.is_dir() {
-        fs::remove_dir_all(&to)?;
+    let (plots, results) = (bench.join("plots"), bench.join("results"));
+    fs::create_dir_all(&plots)?;
+    fs::create_dir_all(&results)?;
+    // Of the run that was published before, nothing stays.
+    for experiment in [Extent::Short, Extent::Full].into_iter().flat_map(Extent::experiments) {
+        let file = plots.join(format!("{}.svg", experiment.name));
+        if file.is_file() {
+            fs::remove_file(file)?;
+        }
     }
-    fs::create_dir(&to)?;
     let mut links = Vec::new();
     for summary in summaries {
         let file = format!("{}.svg", summary.name);
-        fs::copy(folder.join("plots").join(&file), to.join(&file))?;
+        fs::copy(folder.join("plots").join(&file), plots.join(&file))?;
         links.push(format!("plots/{file}"));
     }
-    fs::copy(folder.join("summary.csv"), to.join("summary.csv"))?;
-    if folder.join("scaling.csv").is_file() {
-        fs::copy(folder.join("scaling.csv"), to.join("scaling.csv"))?;
+    fs::copy(folder.join("summary.csv"), results.join("trajectories.csv"))?;
+    let scaling = folder.join("scaling.csv");
+    if scaling.is_file() {
+        fs::copy(scaling, results.join("scaling.csv"))?;
     }
     tables::publish(&bench.join("README.md"), text, &links)
 }

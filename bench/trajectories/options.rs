@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use tetcvt::delaunay::Method;
 
-use crate::Outcome;
-use crate::experiments::Extent;
+use super::Outcome;
+use super::experiments::Extent;
 
 const USAGE: &str = "bench/trajectories.sh [--short|--full] [EXPERIMENT...]
   --short           every part, in about a minute (default)
@@ -59,7 +59,7 @@ impl Options {
             methods: Method::ALL.to_vec(),
             iterations: None,
             threads: 1,
-            models: crate::project().join("../shared/models"),
+            models: super::project().join("../shared/models"),
             keep: false,
             report: false,
             publish: false,

@@ -6,15 +6,26 @@ use std::path::Path;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::Outcome;
-use crate::rows::{Mode, Row};
-use crate::summary::{ModeSummary, Summary, failed_share};
+use super::Outcome;
+use super::rows::{Mode, Row};
+use super::summary::{ModeSummary, Summary, failed_share};
 
 /// Points of a line, at most.
 const POINTS: usize = 160;
 
 /// Share of a decade left free above and below the lines of a logarithmic axis.
 const MARGIN: f64 = 1.3;
+
+/// Colours of the parts of an update.
+const PARTS: [RGBColor; 7] = [
+    RGBColor(68, 119, 170),
+    RGBColor(102, 204, 238),
+    RGBColor(34, 136, 51),
+    RGBColor(238, 102, 119),
+    RGBColor(204, 187, 68),
+    RGBColor(150, 150, 150),
+    RGBColor(221, 221, 221),
+];
 
 type Panel<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -55,16 +66,18 @@ fn accumulated(summary: &Summary) -> Vec<Line> {
     summary.modes.iter().map(line).collect()
 }
 
-/// Mean share of failures within bins of iterations; those without any have no place on the axis.
+/// Mean share of failures within bins of iterations.
 fn failures(summary: &Summary, rows: &[Row]) -> Vec<Line> {
     let line = |mode: Mode| {
-        let shares: Option<Vec<f64>> =
-            rows.iter().filter(|r| r.mode == mode).map(|r| failed_share(r, summary.seeds)).collect();
-        let shares = shares.unwrap_or_default();
+        let mut shares = vec![None; summary.iterations];
+        for row in rows.iter().filter(|r| r.mode == mode) {
+            shares[row.iteration - 1] = failed_share(row, summary.seeds);
+        }
         let mean = |bin: Range<usize>| {
-            let sum: f64 = shares[bin.clone()].iter().sum();
-            (middle(&bin), 100.0 * sum / bin.len() as f64)
+            let known: Vec<f64> = shares[bin.clone()].iter().copied().flatten().collect();
+            (middle(&bin), 100.0 * known.iter().sum::<f64>() / known.len() as f64)
         };
+        // Neither zero nor what is not known has a place on the axis.
         let points = bins(shares.len(), true).map(mean).filter(|p| p.1 > 0.0).collect();
         Line { mode, points }
     };
@@ -128,9 +141,10 @@ fn lines(
             chart
                 .configure_mesh()
                 .x_desc("iteration")
-                .light_line_style(BLACK.mix(0.04))
+                .max_light_lines(0)
                 .bold_line_style(BLACK.mix(0.15))
                 .label_style(("sans-serif", 14))
+                .x_labels(6)
                 .x_label_formatter(&|x| format!("{x:.0}"))
                 .y_label_formatter(&|y| short(*y))
                 .draw()?;
@@ -150,7 +164,11 @@ fn lines(
                 .draw()?;
         }};
     }
-    if logarithmic { draw!((1.0..last).log_scale()) } else { draw!(1.0..last) }
+    if logarithmic {
+        draw!((1.0..last).log_scale())
+    } else {
+        draw!(1.0..last)
+    }
     Ok(())
 }
 
@@ -180,14 +198,14 @@ fn breakdown(panel: &Panel, summary: &Summary) -> Outcome<()> {
         .x_labels(2 * modes.len() + 4)
         .x_label_formatter(&name)
         .y_label_formatter(&|y| format!("{y:.0}"))
-        .light_line_style(BLACK.mix(0.04))
+        .max_light_lines(0)
         .bold_line_style(BLACK.mix(0.15))
         .label_style(("sans-serif", 14))
         .draw()?;
     let Some(first) = modes.first() else { return Ok(()) };
     let mut tops = vec![0.0; modes.len()];
     for (i, (part, _)) in first.parts.iter().enumerate() {
-        let style = Palette99::pick(i).mix(0.85).filled();
+        let style = PARTS[i % PARTS.len()].filled();
         let mut bars = Vec::new();
         for (slot, (mode, top)) in modes.iter().zip(&mut tops).enumerate() {
             let whole: f64 = mode.parts.iter().map(|p| p.1).sum();

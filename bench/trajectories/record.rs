@@ -14,9 +14,9 @@ use tetcvt::seeds::{self, Anchor, Seeds};
 use tetcvt::surface::Surface;
 use tetcvt::surface::features::Features;
 
-use crate::Outcome;
-use crate::experiments::Start;
-use crate::support::Rng;
+use super::Outcome;
+use super::experiments::Start;
+use super::support::Rng;
 
 /// A crowded start is chosen from so many times as many uniform points.
 const CHOICE: usize = 16;
@@ -38,8 +38,9 @@ pub struct Run<'a> {
     pub start: Start,
 }
 
-/// Runs Lloyd's iteration and writes all of its positions to `file`.
-pub fn record(run: &Run, file: &Path) -> Outcome<()> {
+/// Runs Lloyd's iteration and writes all of its positions to `file`. Returns the share of the update in the time of the
+/// iterations.
+pub fn record(run: &Run, file: &Path) -> Outcome<f64> {
     let surface = io::read_surface(run.model)?;
     let params = Params {
         target: Target::Count(run.seeds),
@@ -57,23 +58,32 @@ pub fn record(run: &Run, file: &Path) -> Outcome<()> {
         Start::Crowded => crowded(&surface, &features, &params, run.seeds)?,
         Start::Surface => on_surface(&surface, run.seeds),
     };
-    let mut recorder = Recorder { writer: TrajectoryWriter::create(file)?, failure: None };
+    let mut recorder = Recorder { writer: TrajectoryWriter::create(file)?, failure: None, update: 0.0, all: 0.0 };
     recorder.seeds(None, &seeds.positions, surface.frame());
     Relaxation::new(&surface, &features, &params, seeds)?.run(run.iterations, &mut recorder)?;
-    match recorder.failure {
-        Some(failure) => Err(failure.into()),
-        None => Ok(recorder.writer.finish()?),
+    if let Some(failure) = recorder.failure {
+        return Err(failure.into());
     }
+    recorder.writer.finish()?;
+    Ok(recorder.update / recorder.all)
 }
 
 /// Hears of every iteration, and writes it.
 struct Recorder {
     writer: TrajectoryWriter,
     failure: Option<tetcvt::Error>,
+    /// Seconds of the updates.
+    update: f64,
+    /// Seconds of the iterations.
+    all: f64,
 }
 
 impl Observer for Recorder {
-    fn seeds(&mut self, _: Option<&Step>, positions: &[DVec3], _: &Frame) -> Flow {
+    fn seeds(&mut self, step: Option<&Step>, positions: &[DVec3], _: &Frame) -> Flow {
+        if let Some(step) = step {
+            self.update += step.update_s;
+            self.all += step.update_s + step.centroids_s;
+        }
         match self.writer.push(positions.iter().copied()) {
             Ok(()) => Flow::Continue,
             Err(e) => {

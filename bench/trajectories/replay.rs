@@ -3,12 +3,12 @@
 use glam::DVec3;
 use tetcvt::delaunay::{Delaunay, Method, Relocation, Updater};
 
-use crate::Outcome;
-use crate::cgal::Cgal;
-use crate::clock::Clock;
-use crate::experiments::Sampling;
-use crate::frames::Frames;
-use crate::rows::{Mode, Row};
+use super::Outcome;
+use super::cgal::Cgal;
+use super::clock::Clock;
+use super::experiments::Sampling;
+use super::frames::Frames;
+use super::rows::{Mode, Row};
 
 /// Follows the trajectory by each method, and by CGAL where it is there. All must come to the same triangulation: an error
 /// says where they do not.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use tetcvt::delaunay::{Breakdown, Method, Relocation};
 
-use crate::Outcome;
+use super::Outcome;
 
 /// A way to have the triangulation of the moved points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +33,6 @@ impl Mode {
             Mode::CgalMove => "cgal-move",
         }
     }
-
-    /// Whether it builds anew each time.
-    pub fn is_rebuild(self) -> bool {
-        matches!(self, Mode::Ours(Method::Rebuild) | Mode::CgalRebuild)
-    }
 }
 
 /// One iteration in one mode.
@@ -59,12 +54,13 @@ pub struct Row {
 const HEADER: &str = "iteration,mode,seconds,bicells,bicells_failed,vertices_failed,predicates,flips,reversed,held_back,\
                       rebuilt,filter_s,predicate_s,flips_s,repair_s,renewal_s,build_s";
 
-/// Writes the rows as CSV.
-pub fn write(rows: &[Row], file: &Path) -> Outcome<()> {
-    let mut text = format!("{HEADER}\n");
+/// Writes the rows as CSV, after a line that says when and where they were measured.
+pub fn write(rows: &[Row], about: &str, file: &Path) -> Outcome<()> {
+    let mut text = format!("# {about}\n{HEADER}\n");
     for row in rows {
         let r = &row.relocation;
-        let counts = [2 * row.tets, r.bicells_failed, r.vertices_failed, r.predicates, r.flips, r.reversed, r.held_back];
+        let counts =
+            [2 * row.tets, r.bicells_failed, r.vertices_failed, r.predicates, r.flips, r.reversed, r.held_back];
         write!(text, "{},{},{:.7}", row.iteration, row.mode.name(), row.seconds)?;
         for count in counts {
             write!(text, ",{count}")?;
@@ -79,14 +75,21 @@ pub fn write(rows: &[Row], file: &Path) -> Outcome<()> {
 }
 
 /// Reads what [`write`] wrote.
-pub fn read(file: &Path) -> Outcome<Vec<Row>> {
-    let text = fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
+pub fn read(file: &Path) -> Outcome<(String, Vec<Row>)> {
+    read_table(file, HEADER, parse)
+}
+
+/// Reads the line about a table, and the lines below its header.
+pub fn read_table<T>(file: &Path, header: &str, parse: impl Fn(&str) -> Option<T>) -> Outcome<(String, Vec<T>)> {
+    let wrong = |what: &str| format!("{}: {what}", file.display());
+    let text = fs::read_to_string(file).map_err(|e| wrong(&e.to_string()))?;
     let mut lines = text.lines();
-    if lines.next() != Some(HEADER) {
-        return Err(format!("{}: not the columns of this version: run the experiment anew", file.display()).into());
+    let about = lines.next().and_then(|l| l.strip_prefix("# ")).ok_or_else(|| wrong("its first line says nothing"))?;
+    if lines.next() != Some(header) {
+        return Err(wrong("not the columns of this version: measure anew").into());
     }
-    let parsed: Option<Vec<Row>> = lines.map(parse).collect();
-    parsed.ok_or_else(|| format!("{}: a line does not fit its header", file.display()).into())
+    let rows: Option<Vec<T>> = lines.map(parse).collect();
+    Ok((about.to_owned(), rows.ok_or_else(|| wrong("a line does not fit its header"))?))
 }
 
 fn parse(line: &str) -> Option<Row> {

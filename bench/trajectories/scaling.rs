@@ -6,10 +6,11 @@ use std::path::Path;
 use peak_alloc::PeakAlloc;
 use tetcvt::delaunay::{Delaunay, Method, Updater};
 
-use crate::Outcome;
-use crate::cgal::Cgal;
-use crate::clock::Clock;
-use crate::frames::Frames;
+use super::Outcome;
+use super::cgal::Cgal;
+use super::clock::Clock;
+use super::frames::Frames;
+use super::rows::read_table;
 
 /// Counts what is allocated. A relaxed counter at each allocation costs nothing that could be measured.
 #[global_allocator]
@@ -90,9 +91,9 @@ fn median(mut times: Vec<f64>) -> f64 {
 /// The columns.
 const HEADER: &str = "seeds,bicell_s,check_s,build_s,cgal_rebuild_s,built_bytes,followed_bytes";
 
-/// Writes the sizes as CSV.
-pub fn write(sizes: &[Size], file: &Path) -> Outcome<()> {
-    let mut text = format!("{HEADER}\n");
+/// Writes the sizes as CSV, after a line that says when and where they were measured.
+pub fn write(sizes: &[Size], about: &str, file: &Path) -> Outcome<()> {
+    let mut text = format!("# {about}\n{HEADER}\n");
     for s in sizes {
         let cgal = s.cgal.map_or(String::new(), |c| format!("{c:.6}"));
         let seconds = format!("{:.7},{:.7},{:.6},{cgal}", s.bicell, s.check, s.build);
@@ -102,11 +103,8 @@ pub fn write(sizes: &[Size], file: &Path) -> Outcome<()> {
 }
 
 /// Reads what [`write`] wrote.
-pub fn read(file: &Path) -> Outcome<Vec<Size>> {
-    let text = fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
-    let mut lines = text.lines();
-    let sizes: Option<Vec<Size>> = (lines.next() == Some(HEADER)).then(|| lines.map(parse).collect()).flatten();
-    sizes.ok_or_else(|| format!("{}: not the columns of this version: run --scaling anew", file.display()).into())
+pub fn read(file: &Path) -> Outcome<(String, Vec<Size>)> {
+    read_table(file, HEADER, parse)
 }
 
 fn parse(line: &str) -> Option<Size> {

@@ -2,7 +2,7 @@
 
 use tetcvt::delaunay::Method;
 
-use crate::rows::{Mode, Row};
+use super::rows::{Mode, Row};
 
 /// Rebuilding is expected up to this iteration, while the points move far.
 const SETTLED: usize = 20;
@@ -15,7 +15,8 @@ pub struct ModeSummary {
     pub measured: usize,
     /// Seconds of each iteration, between those measured on a straight line.
     pub seconds: Vec<f64>,
-    /// Bi-cells that failed the filter, or vertices for a filter of vertices, in percent; none for rebuilding.
+    /// Bi-cells that failed the filter, or vertices for a filter of vertices, in percent, where it decided; none for
+    /// rebuilding.
     pub failed_percent: Option<f64>,
     /// Mean count of flips, of reversed tets and of predicates in an iteration.
     pub flips: f64,
@@ -93,7 +94,8 @@ fn summarise(mode: Mode, seeds: usize, iterations: usize, rows: &[Row]) -> Optio
         return None;
     }
     let mean = |f: &dyn Fn(&Row) -> f64| rows.iter().map(|r| f(r)).sum::<f64>() / rows.len() as f64;
-    let percent = 100.0 * mean(&|r| failed_share(r, seeds).unwrap_or(0.0));
+    let failed: Vec<f64> = rows.iter().filter_map(|r| failed_share(r, seeds)).collect();
+    let percent = 100.0 * failed.iter().sum::<f64>() / failed.len() as f64;
     let rebuilt = |from: usize| rows.iter().filter(|r| r.iteration > from && r.relocation.rebuilt).count();
     let part = |i: usize| mean(&|r| r.relocation.seconds.parts()[i].1);
     let mut parts: Vec<(&'static str, f64)> =
@@ -105,7 +107,7 @@ fn summarise(mode: Mode, seeds: usize, iterations: usize, rows: &[Row]) -> Optio
         mode,
         measured: rows.len(),
         seconds: filled(&rows, iterations),
-        failed_percent: failed_share(rows[0], seeds).map(|_| percent),
+        failed_percent: (!failed.is_empty()).then_some(percent),
         flips: mean(&|r| r.relocation.flips as f64),
         reversed: mean(&|r| r.relocation.reversed as f64),
         predicates: mean(&|r| r.relocation.predicates as f64),
@@ -115,11 +117,13 @@ fn summarise(mode: Mode, seeds: usize, iterations: usize, rows: &[Row]) -> Optio
     })
 }
 
-/// Share of the bi-cells, or vertices, that failed the filter of a mode that has one.
+/// Share of the bi-cells, or vertices, that failed the filter of a mode that has one. Where all was built anew, filtering
+/// may have ended before its end.
 pub fn failed_share(row: &Row, seeds: usize) -> Option<f64> {
     let r = &row.relocation;
     match row.mode {
-        Mode::Ours(Method::Rebuild) | Mode::CgalRebuild | Mode::CgalMove => None,
+        Mode::CgalRebuild | Mode::CgalMove => None,
+        Mode::Ours(_) if r.rebuilt => None,
         Mode::Ours(method) if method.name() == "vertex" => Some(r.vertices_failed as f64 / seeds as f64),
         Mode::Ours(_) => Some(r.bicells_failed as f64 / (2 * row.tets) as f64),
     }

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use tetcvt::delaunay::Method;
 
-use crate::Outcome;
-use crate::rows::Mode;
-use crate::scaling::Size;
-use crate::summary::{ModeSummary, Summary};
+use super::Outcome;
+use super::rows::Mode;
+use super::scaling::Size;
+use super::summary::{ModeSummary, Summary};
 
 /// The README's lines between which the tables stand.
 const BEGIN: &str = "<!-- trajectories: what follows is written by bench/trajectories.sh --publish -->";
@@ -61,9 +61,9 @@ pub fn csv(summaries: &[Summary], file: &Path) -> Outcome<()> {
     fs::write(file, text).map_err(|e| format!("{}: {e}", file.display()).into())
 }
 
-/// The tables of a run; `about` says when and where it was.
-pub fn markdown(summaries: &[Summary], sizes: &[Size], about: &str) -> Outcome<String> {
-    let mut text = format!("{about}\n");
+/// The tables; `about` says when and where they were measured.
+pub fn markdown(summaries: &[Summary], sizes: &[Size], about: &[String]) -> Outcome<String> {
+    let mut text = about.join("\n") + "\n";
     if !summaries.is_empty() {
         means(summaries, &mut text)?;
         details(summaries, &mut text)?;
@@ -80,7 +80,9 @@ fn means(summaries: &[Summary], text: &mut String) -> Outcome<()> {
     // From the slowest to the fastest: the reverse of their order.
     let mut modes: Vec<Mode> = Mode::all().filter(run).collect();
     modes.reverse();
-    text.push_str("\nMilliseconds of an update, mean over all iterations, and how many times faster than CGAL's rebuild:\n\n");
+    text.push_str(
+        "\nMilliseconds of an update, mean over all iterations, and how many times faster than CGAL's rebuild:\n\n",
+    );
     text.push_str("| experiment | seeds | iterations |");
     modes.iter().try_for_each(|m| write!(text, " {} |", m.name()))?;
     text.push_str("\n|---|---|---|");
@@ -110,7 +112,7 @@ fn details(summaries: &[Summary], text: &mut String) -> Outcome<()> {
     text.push_str("| experiment | mode | failed % | flips | reversed | rebuilt | worst / rebuild | late ms | CGAL's rebuild / it | check / it |\n");
     text.push_str("|---|---|---|---|---|---|---|---|---|---|\n");
     for s in summaries {
-        for m in s.modes.iter().filter(|m| matches!(m.mode, Mode::Ours(_)) && !m.mode.is_rebuild()) {
+        for m in s.modes.iter().filter(|m| matches!(m.mode, Mode::Ours(method) if method != Method::Rebuild)) {
             let worst = s.mode(Mode::Ours(Method::Rebuild)).map(|rebuild| m.worst_against(rebuild));
             let late = |mode: Mode| s.mode(mode).map_or(String::new(), |o: &ModeSummary| times(o.late() / m.late()));
             writeln!(
