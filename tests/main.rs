@@ -15,6 +15,9 @@ mod delaunay;
 // Moved triangulations against rebuilt ones.
 mod relocation;
 
+// Points added and taken out, one by one.
+mod editing;
+
 // Exact shapes, and the files of `models/` made of them.
 mod shapes;
 

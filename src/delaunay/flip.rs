@@ -112,23 +112,29 @@ impl Mesh {
         if q == INFINITE {
             return false;
         }
-        if tet[3] != INFINITE {
-            return self.in_sphere(tet, q);
-        }
-        if i == 3 {
+        if tet[3] == INFINITE && i == 3 {
             return false;
         }
-        match orient3d(self.at(tet[0]), self.at(tet[1]), self.at(tet[2]), self.at(q)) {
+        self.conflicts(t, self.at(q))
+    }
+
+    /// Whether a point, which is no vertex of tet `t`, is in conflict with it.
+    pub fn conflicts(&self, t: u32, p: DVec3) -> bool {
+        let tet = self.vertices[t as usize];
+        if tet[3] != INFINITE {
+            return self.in_sphere(tet, p);
+        }
+        match orient3d(self.at(tet[0]), self.at(tet[1]), self.at(tet[2]), p) {
             Sign::Positive => true,
             Sign::Negative => false,
             // In the plane of the hull facet, the sphere of the tet behind it cuts out the facet's circle.
-            Sign::Zero => self.in_sphere(self.vertices[self.neighbors[t as usize][3].tet() as usize], q),
+            Sign::Zero => self.in_sphere(self.vertices[self.neighbors[t as usize][3].tet() as usize], p),
         }
     }
 
-    fn in_sphere(&self, tet: [u32; 4], q: u32) -> bool {
+    fn in_sphere(&self, tet: [u32; 4], p: DVec3) -> bool {
         let [a, b, c, d] = tet.map(|v| self.at(v));
-        insphere_perturbed(a, b, c, d, self.at(q)) == Sign::Positive
+        insphere_perturbed(a, b, c, d, p) == Sign::Positive
     }
 
     /// Replaces tets by others that fill the same space. The numbers of the new ones are left in `ids`.
@@ -181,7 +187,7 @@ impl Mesh {
     }
 
     /// Makes two facets one.
-    fn glue(&mut self, here: Facet, apex_here: u32, there: Facet, apex_there: u32) {
+    pub fn glue(&mut self, here: Facet, apex_here: u32, there: Facet, apex_there: u32) {
         let (t, u) = (here.tet() as usize, there.tet() as usize);
         self.note(there.tet());
         self.neighbors[t][here.slot()] = there;
@@ -191,7 +197,7 @@ impl Mesh {
     }
 
     /// Numbers new tets: those of the old first, then other dead ones, then new numbers.
-    fn number(&mut self, old: &[u32], count: usize, ids: &mut Vec<u32>) {
+    pub fn number(&mut self, old: &[u32], count: usize, ids: &mut Vec<u32>) {
         ids.clear();
         for &t in old {
             self.note(t);
@@ -268,7 +274,7 @@ impl Mesh {
 }
 
 /// An even permutation that brings the infinite vertex, if there is one, to the last slot.
-fn infinite_last(tet: [u32; 4]) -> [u32; 4] {
+pub fn infinite_last(tet: [u32; 4]) -> [u32; 4] {
     let [a, b, c, d] = tet;
     match tet.iter().position(|&v| v == INFINITE) {
         Some(0) => [b, d, c, a],

@@ -13,6 +13,8 @@ mod check;
 
 mod detect;
 
+mod edit;
+
 mod error;
 
 mod facet;
@@ -23,13 +25,19 @@ mod hull;
 
 mod insert;
 
+mod insert_vertex;
+
 mod locate;
 
 mod order;
 
 mod range;
 
+mod region;
+
 mod relocate;
+
+mod remove_vertex;
 
 mod repair;
 
@@ -55,6 +63,7 @@ pub struct Delaunay {
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
     motion: relocate::Motion,
+    edits: edit::Edits,
 }
 
 impl Delaunay {
@@ -76,7 +85,8 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors, motion: relocate::Motion::default() })
+        let (motion, edits) = Default::default();
+        Ok(Delaunay { points, scale, vertices, neighbors, motion, edits })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

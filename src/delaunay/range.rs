@@ -28,6 +28,16 @@ pub fn flush(x: f64) -> f64 {
     if x.abs() >= LEAST || x == 0.0 { x } else { (x + SHIFT) - SHIFT }
 }
 
+/// Whether a set that is held unscaled still is when this point comes in.
+pub fn may_join(p: DVec3) -> bool {
+    p.abs().max_element() <= COMFORT
+}
+
+/// Whether this point alone keeps a set of points that may join unscaled.
+pub fn holds_scale(p: DVec3) -> bool {
+    p.abs().max_element() >= 1.0 / COMFORT
+}
+
 /// Points as they are held: scaled and flushed.
 pub fn hold(points: &[DVec3]) -> (Vec<DVec3>, f64) {
     let reach = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));

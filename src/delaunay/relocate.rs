@@ -122,13 +122,23 @@ impl Breakdown {
 /// What is kept from one motion to the next.
 #[derive(Clone, Default)]
 pub struct Motion {
-    mesh: Mesh,
+    pub mesh: Mesh,
     corners: Vec<Corner>,
-    lists: Lists,
+    pub lists: Lists,
     /// Whether `mesh` fits the triangulation.
     ready: bool,
     /// Tets made anew since they were last brought into order.
     disorder: usize,
+}
+
+impl Motion {
+    /// Fills what flips and edits need beside the tets, if it is not there; `mesh` holds points and tets.
+    pub fn make_ready(&mut self) {
+        if !std::mem::replace(&mut self.ready, true) {
+            self.mesh.derive();
+            self.disorder = 0;
+        }
+    }
 }
 
 impl Delaunay {
@@ -184,15 +194,13 @@ impl Delaunay {
 
     /// Repairs the tets for new points. If that is given up, they are as they were.
     fn follow(&mut self, points: &[DVec3], report: &mut Relocation) -> Result<(), GivenUp> {
-        let Motion { mesh, corners: at, lists, ready, disorder } = &mut self.motion;
+        let mesh = &mut self.motion.mesh;
         std::mem::swap(&mut mesh.vertices, &mut self.vertices);
         std::mem::swap(&mut mesh.neighbors, &mut self.neighbors);
         mesh.points.clear();
         mesh.points.extend_from_slice(points);
-        if !std::mem::replace(ready, true) {
-            mesh.derive();
-            *disorder = 0;
-        }
+        self.motion.make_ready();
+        let Motion { mesh, corners: at, lists, disorder, .. } = &mut self.motion;
         corners(points, at);
         mesh.begin();
         let result = mesh.follow(at, &self.points, lists, report);
