@@ -141,7 +141,7 @@ fn lines(
             chart
                 .configure_mesh()
                 .x_desc("iteration")
-                .max_light_lines(0)
+                .light_line_style(TRANSPARENT)
                 .bold_line_style(BLACK.mix(0.15))
                 .label_style(("sans-serif", 14))
                 .x_labels(6)
@@ -198,7 +198,7 @@ fn breakdown(panel: &Panel, summary: &Summary) -> Outcome<()> {
         .x_labels(2 * modes.len() + 4)
         .x_label_formatter(&name)
         .y_label_formatter(&|y| format!("{y:.0}"))
-        .max_light_lines(0)
+        .light_line_style(TRANSPARENT)
         .bold_line_style(BLACK.mix(0.15))
         .label_style(("sans-serif", 14))
         .draw()?;
