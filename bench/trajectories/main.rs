@@ -72,21 +72,28 @@ fn run(options: &Options) -> Outcome<()> {
     let folder = project().join("target/trajectories").join(options.extent.name());
     fs::create_dir_all(&folder)?;
     let chosen = choose(options.extent.experiments(), &options.names)?;
+    let mut failed = Vec::new();
     if !options.report {
         let mut cgal = options.cgal.as_deref().map(Cgal::start).transpose()?;
         if cgal.is_none() {
             eprintln!("without CGAL: its columns stay empty, and speed is compared with our own rebuild");
         }
-        if options.experiments() {
-            for experiment in &chosen {
-                run_experiment(experiment, options, cgal.as_mut(), &folder)?;
+        // One that fails does not cost the hours of the others.
+        for experiment in chosen.iter().filter(|_| options.experiments()) {
+            if let Err(e) = run_experiment(experiment, options, cgal.as_mut(), &folder) {
+                eprintln!("{}: {e}", experiment.name);
+                failed.push(experiment.name);
             }
         }
-        if options.scaling() {
-            run_scaling(options, cgal.as_mut(), &folder)?;
+        if options.scaling()
+            && let Err(e) = run_scaling(options, cgal.as_mut(), &folder)
+        {
+            eprintln!("scaling: {e}");
+            failed.push("scaling");
         }
     }
-    report(options, &folder)
+    report(options, &folder)?;
+    if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", ")).into()) }
 }
 
 /// When and where, for the head of the tables.
@@ -118,8 +125,7 @@ fn run_experiment(experiment: &Experiment, options: &Options, cgal: Option<&mut 
     let started = Instant::now();
     let clock = Clock::for_threads(options.threads);
     let sampling = options.extent.sampling();
-    let rows = on_threads(options.threads, || replay::replay(&mut frames, &options.methods, cgal, sampling, clock))?
-        .map_err(|e| format!("{name}: {e}"))?;
+    let rows = on_threads(options.threads, || replay::replay(&mut frames, &options.methods, cgal, sampling, clock))??;
     eprintln!("{name}: followed in {:.1} s", started.elapsed().as_secs_f64());
     rows::write(&rows, &about(options), &folder.join(format!("{name}.csv")))?;
     discard(frames, options)
@@ -154,7 +160,7 @@ fn recorded(run: &Run, name: &str, options: &Options, folder: &Path) -> Outcome<
         }
     }
     let started = Instant::now();
-    let update = 100.0 * record::record(run, &file).map_err(|e| format!("{name}: {e}"))?;
+    let update = 100.0 * record::record(run, &file)?;
     let seconds = started.elapsed().as_secs_f64();
     eprintln!("{name}: recorded in {seconds:.1} s; the update is {update:.1} % of an iteration");
     Frames::open(&file)

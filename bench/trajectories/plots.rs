@@ -126,8 +126,9 @@ fn lines(
     let last = points().map(|p| p.0).fold(2.0, f64::max);
     let low = points().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let high = points().map(|p| p.1).fold(0.0, f64::max);
-    // Without a line, an empty panel.
-    let values = if low < high { low / MARGIN..high * MARGIN } else { 0.1..10.0 };
+    // A power of ten within, so that the axis has a number; without a line, an empty panel.
+    let decade = 10f64.powf(high.log10().floor());
+    let values = if low <= high { (low / MARGIN).min(decade)..high * MARGIN } else { 0.1..10.0 };
     let mut builder = ChartBuilder::on(panel);
     builder
         .margin(12)
@@ -144,8 +145,7 @@ fn lines(
                 .light_line_style(TRANSPARENT)
                 .bold_line_style(BLACK.mix(0.15))
                 .label_style(("sans-serif", 14))
-                .x_labels(6)
-                .x_label_formatter(&|x| format!("{x:.0}"))
+                .x_label_formatter(&|x| if logarithmic { short(*x) } else { format!("{x:.0}") })
                 .y_label_formatter(&|y| short(*y))
                 .draw()?;
             for line in lines {
@@ -172,9 +172,18 @@ fn lines(
     Ok(())
 }
 
-/// A number of an axis, without needless digits.
+/// A number of a logarithmic axis, without needless digits, if it has room: 1, 2 and 5 in each decade.
 fn short(value: f64) -> String {
-    if value >= 1.0 { format!("{value:.0}") } else { format!("{value}") }
+    let lead = value / 10f64.powf(value.log10().floor());
+    if ![1.0, 2.0, 5.0, 10.0].iter().any(|digit| (lead - digit).abs() < 1e-6) {
+        String::new()
+    } else if value >= 1.0 {
+        format!("{value:.0}")
+    } else {
+        // Rounded where the axis was not.
+        let digits = (-value.log10()).ceil() as usize + usize::from(lead > 1.5);
+        format!("{value:.digits$}").trim_end_matches('0').to_owned()
+    }
 }
 
 /// A panel of bars, one for each of our modes: the shares of its parts.
