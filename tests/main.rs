@@ -15,6 +15,9 @@ mod delaunay;
 // Moved triangulations against rebuilt ones.
 mod relocation;
 
+// The same by every method.
+mod updaters;
+
 // Points added and taken out, one by one.
 mod editing;
 

@@ -6,14 +6,6 @@ use tetcvt::delaunay::{Delaunay, DelaunayError, Facet, Relocation};
 
 use crate::support::*;
 
-/// All tets, the infinite ones too, as a set.
-fn tets(delaunay: &Delaunay) -> Vec<[u32; 4]> {
-    let mut tets: Vec<[u32; 4]> = delaunay.vertices().to_vec();
-    tets.iter_mut().for_each(|t| t.sort_unstable());
-    tets.sort_unstable();
-    tets
-}
-
 /// Moves, and compares with a triangulation built of the same points: tets or errors alike. Returns none for an error.
 fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocation> {
     let before = (delaunay.points().to_vec(), delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
@@ -22,7 +14,7 @@ fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocatio
             delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
             assert_eq!(delaunay.points(), built.points(), "{what}");
             assert_eq!(delaunay.scale(), built.scale(), "{what}");
-            assert!(tets(delaunay) == tets(&built), "{what}: not the tets of a new triangulation");
+            assert!(sorted_tets(delaunay) == sorted_tets(&built), "{what}: not the tets of a new triangulation");
             Some(report)
         }
         (Err(error), Err(expected)) => {
@@ -37,7 +29,7 @@ fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocatio
 }
 
 /// Point sets to start from.
-fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
+pub fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
     let take = |mut points: Vec<DVec3>| {
         points.truncate(count);
         points
@@ -55,7 +47,7 @@ fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
 }
 
 /// Motions of every kind, of points about a spacing `h` apart.
-fn motions(points: &[DVec3], h: f64, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
+pub fn motions(points: &[DVec3], h: f64, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
     let mut rng = Rng(seed);
     let mut each = |f: &mut dyn FnMut(&mut Rng, usize, DVec3) -> DVec3| -> Vec<DVec3> {
         points.iter().enumerate().map(|(i, &p)| f(&mut rng, i, p)).collect()
@@ -132,7 +124,7 @@ fn a_pentagram_is_no_pentagon() {
 }
 
 /// Each vertex goes `damping` of the way to the mean of its neighbours; those of the hull stay.
-fn smoothed(delaunay: &Delaunay, damping: f64) -> Vec<DVec3> {
+pub fn smoothed(delaunay: &Delaunay, damping: f64) -> Vec<DVec3> {
     let points = delaunay.points();
     let adjacency = delaunay.adjacency();
     let mut to: Vec<DVec3> = (0..points.len())

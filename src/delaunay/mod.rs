@@ -43,7 +43,11 @@ mod repair;
 
 mod tets;
 
+mod tolerance;
+
 mod updater;
+
+mod vertex_filter;
 
 use std::fmt;
 
