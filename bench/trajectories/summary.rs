@@ -117,16 +117,16 @@ fn summarise(mode: Mode, seeds: usize, iterations: usize, rows: &[Row]) -> Optio
     })
 }
 
-/// Share of the bi-cells, or vertices, that failed the filter of a mode that has one. Where all was built anew, filtering
-/// may have ended before its end.
+/// Share of the bi-cells, or vertices, that failed the filter of a mode that has one. Where all was built anew without a
+/// failure, it was so before the filter was asked.
 pub fn failed_share(row: &Row, seeds: usize) -> Option<f64> {
     let r = &row.relocation;
-    match row.mode {
-        Mode::CgalRebuild | Mode::CgalMove => None,
-        Mode::Ours(_) if r.rebuilt => None,
-        Mode::Ours(method) if method.name() == "vertex" => Some(r.vertices_failed as f64 / seeds as f64),
-        Mode::Ours(_) => Some(r.bicells_failed as f64 / (2 * row.tets) as f64),
-    }
+    let (failed, of) = match row.mode {
+        Mode::Ours(Method::Rebuild) | Mode::CgalRebuild | Mode::CgalMove => return None,
+        Mode::Ours(Method::Vertex) => (r.vertices_failed, seeds),
+        Mode::Ours(_) => (r.bicells_failed, 2 * row.tets),
+    };
+    (failed > 0 || !r.rebuilt).then(|| failed as f64 / of as f64)
 }
 
 /// The seconds of every iteration: on a straight line between two that were measured, constant beyond the last.
