@@ -181,12 +181,12 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Outco
 fn report(options: &Options, folder: &Path) -> Outcome<()> {
     let plots = folder.join("plots");
     fs::create_dir_all(&plots)?;
-    let (mut summaries, mut about) = (Vec::new(), Vec::new());
+    let (mut summaries, mut origins) = (Vec::new(), Vec::new());
     for experiment in options.extent.experiments() {
         let file = folder.join(format!("{}.csv", experiment.name));
         if file.is_file() {
-            let (when, rows): (String, Vec<Row>) = rows::read(&file)?;
-            about.push(when);
+            let (about, rows): (String, Vec<Row>) = rows::read(&file)?;
+            origins.push((about, experiment.name));
             if let Some(summary) = Summary::new(experiment.name, experiment.seeds, &rows) {
                 plots::draw(&summary, &rows, &plots.join(format!("{}.svg", experiment.name)))?;
                 summaries.push(summary);
@@ -196,16 +196,14 @@ fn report(options: &Options, folder: &Path) -> Outcome<()> {
     let scaling = folder.join("scaling.csv");
     let mut sizes = Vec::new();
     if scaling.is_file() {
-        let (when, rows) = scaling::read(&scaling)?;
-        about.push(when);
+        let (about, rows) = scaling::read(&scaling)?;
+        origins.push((about, "scaling"));
         sizes = rows;
     }
-    // As many lines as there were runs.
-    about.dedup();
-    if about.is_empty() {
+    if origins.is_empty() {
         return Err(format!("nothing was measured yet in {}", folder.display()).into());
     }
-    let text = tables::markdown(&summaries, &sizes, &about)?;
+    let text = tables::markdown(&summaries, &sizes, &origins)?;
     tables::csv(&summaries, &folder.join("summary.csv"))?;
     fs::write(folder.join("tables.md"), &text)?;
     println!("{text}");

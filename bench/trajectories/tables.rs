@@ -61,9 +61,19 @@ pub fn csv(summaries: &[Summary], file: &Path) -> Outcome<()> {
     fs::write(file, text).map_err(|e| format!("{}: {e}", file.display()).into())
 }
 
-/// The tables; `about` says when and where they were measured.
-pub fn markdown(summaries: &[Summary], sizes: &[Size], about: &[String]) -> Outcome<String> {
-    let mut text = about.join("\n") + "\n";
+/// The tables; `origins` say when and where each part of them was measured.
+pub fn markdown(summaries: &[Summary], sizes: &[Size], origins: &[(String, &str)]) -> Outcome<String> {
+    let mut text = String::new();
+    let same = |about: &String| origins.iter().filter(|o| o.0 == *about).map(|o| o.1).collect::<Vec<_>>();
+    for (about, name) in origins {
+        let parts = same(about);
+        match parts.len() {
+            all if all == origins.len() => text = format!("{about}\n"),
+            // Once, at the first part that it tells of.
+            _ if parts[0] == *name => writeln!(text, "- {}: {about}", parts.join(", "))?,
+            _ => {}
+        }
+    }
     if !summaries.is_empty() {
         means(summaries, &mut text)?;
         details(summaries, &mut text)?;
