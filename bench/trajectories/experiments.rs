@@ -39,13 +39,12 @@ pub enum Extent {
     Full,
 }
 
-/// How often what depends on no history is measured: always up to iteration [`Sampling::ALL_UNTIL`], then in every so many
-/// iterations.
+/// How often what depends on no history is measured: in every so many iterations, and more often while they change most.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
-    /// Rebuilding, ours and CGAL's.
+    /// Rebuilding, ours and CGAL's; and in every iteration up to [`Sampling::ALL_UNTIL`].
     pub rebuild: usize,
-    /// CGAL's relocation, from the frame before, which takes longest of all.
+    /// CGAL's relocation, from the frame before, which takes longest of all; and in iterations that are powers of two.
     pub relocation: usize,
 }
 
@@ -60,7 +59,7 @@ impl Sampling {
 
     /// Whether CGAL's relocation is measured in iteration `k`.
     pub fn relocates(&self, k: usize) -> bool {
-        (k <= Sampling::ALL_UNTIL && k.is_power_of_two()) || k.is_multiple_of(self.relocation)
+        k.is_power_of_two() || k.is_multiple_of(self.relocation)
     }
 }
 
