@@ -245,6 +245,11 @@ impl Mesh {
 
     /// Moves tets from the end into the places of dead ones.
     pub fn compact(&mut self) {
+        self.compact_with(|_, _| {});
+    }
+
+    /// As [`Mesh::compact`], telling of each move from where to where.
+    pub fn compact_with(&mut self, mut moved: impl FnMut(u32, u32)) {
         self.free.sort_unstable();
         let alive = self.vertices.len() - self.free.len();
         let mut holes = 0;
@@ -254,6 +259,7 @@ impl Mesh {
             }
             let hole = self.free[holes] as usize;
             holes += 1;
+            moved(t as u32, hole as u32);
             self.vertices[hole] = self.vertices[t];
             self.neighbors[hole] = self.neighbors[t];
             self.opposite[hole] = self.opposite[t];

@@ -7,6 +7,10 @@
 
 mod adjacency;
 
+mod bicell_filter;
+
+mod bicell_matrix;
+
 mod cavity;
 
 mod check;

@@ -71,6 +71,8 @@ pub struct Relocation {
     pub reversed: usize,
     /// Vertices that went to their places in a second step.
     pub held_back: usize,
+    /// Whether flips came to no end, so that the triangulation was built anew.
+    pub stalled: bool,
     /// Whether the triangulation was built anew.
     pub rebuilt: bool,
     /// Time taken by its parts.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::bicell_filter::BicellFilter;
 use super::vertex_filter::VertexFilter;
 use super::{Delaunay, DelaunayError, Relocation};
 
@@ -11,6 +12,9 @@ use super::{Delaunay, DelaunayError, Relocation};
 pub enum Method {
     /// All of the triangulation is tested and the little that has changed is mended, by flips.
     Bicell,
+    /// Bi-cells within a tolerance of what they were are passed over, others tested and flipped; all is built anew where
+    /// a tet is reversed (Zhou et al. 2010, as printed).
+    Paper,
     /// Vertices within a tolerance of where they were are passed over, others moved in place or removed and inserted
     /// (de Castro et al. 2009).
     Vertex,
@@ -22,12 +26,13 @@ pub enum Method {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Method; 4] = [Method::Bicell, Method::Vertex, Method::Check, Method::Rebuild];
+    pub const ALL: [Method; 5] = [Method::Bicell, Method::Paper, Method::Vertex, Method::Check, Method::Rebuild];
 
     /// Its name, as on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Method::Bicell => "bicell",
+            Method::Paper => "paper",
             Method::Vertex => "vertex",
             Method::Check => "check",
             Method::Rebuild => "rebuild",
@@ -47,6 +52,7 @@ pub struct Updater {
 #[derive(Clone)]
 enum State {
     None,
+    Paper(BicellFilter),
     Vertex(VertexFilter),
 }
 
@@ -54,6 +60,7 @@ impl Updater {
     /// Follows the points of `delaunay` by `method`.
     pub fn new(delaunay: Delaunay, method: Method) -> Updater {
         let state = match method {
+            Method::Paper => State::Paper(BicellFilter::default()),
             Method::Vertex => State::Vertex(VertexFilter::default()),
             Method::Bicell | Method::Check | Method::Rebuild => State::None,
         };
@@ -65,6 +72,7 @@ impl Updater {
     /// On an error nothing has changed.
     pub fn relocate(&mut self, new_positions: &[DVec3]) -> Result<Relocation, DelaunayError> {
         match &mut self.state {
+            State::Paper(filter) => filter.relocate(&mut self.delaunay, new_positions),
             State::Vertex(filter) => filter.relocate(&mut self.delaunay, new_positions),
             State::None if self.method == Method::Rebuild => self.delaunay.rebuild(new_positions),
             State::None => self.delaunay.relocate(new_positions),
