@@ -16,6 +16,9 @@ const POINTS: usize = 160;
 /// Share of a decade left free above and below the lines of a logarithmic axis.
 const MARGIN: f64 = 1.3;
 
+/// Axes of iterations are longer than the lines by this factor, for the legend.
+const LEGEND: f64 = 1.36;
+
 /// Colours of the parts of an update.
 const PARTS: [RGBColor; 7] = [
     RGBColor(68, 119, 170),
@@ -42,11 +45,11 @@ pub fn draw(summary: &Summary, rows: &[Row], file: &Path) -> Outcome<()> {
     let title = format!("{}: {} seeds, {} iterations of Lloyd", summary.name, summary.seeds, summary.iterations);
     let root = root.titled(&title, ("sans-serif", 24))?;
     let panels = root.split_evenly((2, 2));
-    lines(&panels[0], "accumulated time, s", &accumulated(summary), (false, SeriesLabelPosition::LowerRight))?;
-    lines(&panels[1], "failed the filter, %", &failures(summary, rows), (true, SeriesLabelPosition::LowerLeft))?;
+    lines(&panels[0], "accumulated time, s", &accumulated(summary), false)?;
+    lines(&panels[1], "failed the filter, %", &failures(summary, rows), true)?;
     let yardstick = summary.yardstick().map_or("", |y| y.mode.name());
     let caption = format!("times as fast as {yardstick}");
-    lines(&panels[2], &caption, &speedups(summary), (true, SeriesLabelPosition::UpperLeft))?;
+    lines(&panels[2], &caption, &speedups(summary), true)?;
     breakdown(&panels[3], summary)?;
     root.present()?;
     Ok(())
@@ -115,13 +118,8 @@ fn middle(bin: &Range<usize>) -> f64 {
     (bin.start + 1 + bin.end) as f64 / 2.0
 }
 
-/// A panel of lines over iterations, values on a logarithmic axis.
-fn lines(
-    panel: &Panel,
-    caption: &str,
-    lines: &[Line],
-    (logarithmic, legend): (bool, SeriesLabelPosition),
-) -> Outcome<()> {
+/// A panel of lines over iterations, on a logarithmic axis or not; values are on a logarithmic one.
+fn lines(panel: &Panel, caption: &str, lines: &[Line], logarithmic: bool) -> Outcome<()> {
     let points = || lines.iter().flat_map(|l| &l.points);
     let last = points().map(|p| p.0).fold(2.0, f64::max);
     let low = points().map(|p| p.1).fold(f64::INFINITY, f64::min);
@@ -151,13 +149,13 @@ fn lines(
             for line in lines {
                 let style = color(line.mode).stroke_width(2);
                 chart
-                    .draw_series(LineSeries::new(line.points.iter().copied(), style))?
+                    .draw_series(LineSeries::new(line.points.iter().copied(), style).point_size(dot(line)))?
                     .label(line.mode.name())
                     .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
             }
             chart
                 .configure_series_labels()
-                .position(legend)
+                .position(SeriesLabelPosition::MiddleRight)
                 .background_style(WHITE.mix(0.8))
                 .border_style(BLACK.mix(0.3))
                 .label_font(("sans-serif", 14))
@@ -165,11 +163,16 @@ fn lines(
         }};
     }
     if logarithmic {
-        draw!((1.0..last).log_scale())
+        draw!((1.0..last.powf(LEGEND)).log_scale())
     } else {
-        draw!(1.0..last)
+        draw!(1.0..last * LEGEND)
     }
     Ok(())
+}
+
+/// The size of a line's points, which matter where there are hardly any.
+fn dot(line: &Line) -> u32 {
+    if line.points.len() < 3 { 3 } else { 0 }
 }
 
 /// A number of a logarithmic axis, without needless digits, if it has room: 1, 2 and 5 in each decade.
