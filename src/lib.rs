@@ -69,7 +69,7 @@ pub mod clipped_voronoi;
 pub mod tet_mesh;
 
 // The loop.
-pub mod lloyd;
+pub mod relax;
 
 // From cells to the output, with more seeds where it needs them.
 pub mod extract;
@@ -85,6 +85,9 @@ pub mod mesher;
 pub mod quality;
 
 pub mod report;
+
+// The output with curved edges.
+pub mod second_order;
 
 // Files.
 pub mod io;

@@ -54,7 +54,7 @@ fn small(folder: &Path, more: &[&str]) -> Run {
 #[test]
 fn wrong_usage_ends_with_status_2_and_says_why() {
     let folder = folder_with_cube();
-    let cases: [(&[&str], &str); 24] = [
+    let cases: [(&[&str], &str); 25] = [
         (&[], "<SURFACE>"),
         (&["cube.obj", "other.obj"], "other.obj"),
         (&["cube.obj", "--seeds", "3"], "--seeds"),
@@ -68,7 +68,8 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
         (&["cube.obj", "--boundary", "soft"], "conform"),
         (&["cube.obj", "--feature-angle", "181"], "--feature-angle"),
         (&["cube.obj", "--start", "grid"], "bcc"),
-        (&["cube.obj", "--optimizer", "lbfgs"], "lloyd"),
+        (&["cube.obj", "--optimizer", "newton"], "lbfgs, nesterov, lloyd"),
+        (&["cube.obj", "--time-limit", "-1"], "--time-limit"),
         (&["cube.obj", "--iterations", "-1"], "--iterations"),
         (&["cube.obj", "--tolerance", "nan"], "--tolerance"),
         (&["cube.obj", "--update", "soon"], "bicell, paper, vertex, check, rebuild"),

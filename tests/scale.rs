@@ -1,0 +1,78 @@
+//! The unit of length and the origin do not matter: a model at any scale and offset has the same mesh.
+
+use glam::DVec3;
+use tetcvt::params::Target;
+use tetcvt::progress::Silent;
+use tetcvt::{Params, TetMesh, tetrahedralize};
+
+use crate::shapes::Shape;
+
+/// A model with creases, and one without, placed.
+fn mesh(shape: &Shape, shift: DVec3, scale: f64) -> TetMesh {
+    let placed = Shape { points: shape.points.clone(), faces: shape.faces.clone() }.placed(shift, scale);
+    let surface = placed.surface().unwrap_or_else(|defect| panic!("{scale} {shift}: {defect}"));
+    let params = Params { target: Target::Count(400), iterations: 4, tolerance: 0.0, check: true, ..Params::default() };
+    let mesh = tetrahedralize(&surface, &params, &mut Silent).unwrap_or_else(|e| panic!("{scale} {shift}: {e}"));
+    mesh.check().unwrap_or_else(|violation| panic!("{scale} {shift}: {violation}"));
+    mesh
+}
+
+fn shapes() -> [Shape; 2] {
+    [Shape::tetrahedron(), Shape::icosphere(3, 1.0)]
+}
+
+/// The tets as sets of vertices, sorted: equal for meshes whose tets are listed or turned in another way.
+fn tets(mesh: &TetMesh) -> Vec<[u32; 4]> {
+    let mut tets = mesh.tets.clone();
+    tets.iter_mut().for_each(|t| t.sort_unstable());
+    tets.sort_unstable();
+    tets
+}
+
+/// Largest distance between vertices of `a` and of `b`, brought back.
+fn difference(a: &TetMesh, b: &TetMesh, shift: DVec3, scale: f64) -> f64 {
+    let apart = |(p, q): (&DVec3, &DVec3)| p.distance((*q - shift) / scale);
+    a.points.iter().zip(&b.points).map(apart).fold(0.0, f64::max)
+}
+
+#[test]
+fn powers_of_two_change_no_digit() {
+    for shape in shapes() {
+        let one = mesh(&shape, DVec3::ZERO, 1.0);
+        for exponent in [-1000, -40, 40, 900] {
+            let scale = 2f64.powi(exponent);
+            let other = mesh(&shape, DVec3::ZERO, scale);
+            assert!(one.points.iter().zip(&other.points).all(|(p, q)| *p * scale == *q), "2^{exponent}");
+            assert!(one.tets == other.tets && one.boundary == other.boundary, "2^{exponent}");
+        }
+    }
+}
+
+#[test]
+fn any_scale_gives_the_same_mesh() {
+    for shape in shapes() {
+        let one = mesh(&shape, DVec3::ZERO, 1.0);
+        for scale in [1e-12, 3e-7, 0.7, 1e5, 1e12] {
+            let other = mesh(&shape, DVec3::ZERO, scale);
+            assert_eq!(tets(&one), tets(&other), "{scale}");
+            let apart = difference(&one, &other, DVec3::ZERO, scale);
+            assert!(apart < 1e-13, "{scale}: {apart}");
+        }
+    }
+}
+
+#[test]
+fn any_offset_gives_the_same_mesh_as_far_as_its_digits_go() {
+    for shape in shapes() {
+        let one = mesh(&shape, DVec3::ZERO, 1.0);
+        for (scale, offset) in [(1.0, 1e3), (1e-12, -1e7), (1e12, 1e7), (0.3, 1e7)] {
+            let shift = DVec3::new(1.0, -0.7, 0.3) * offset * scale;
+            let other = mesh(&shape, shift, scale);
+            assert_eq!(one.points.len(), other.points.len());
+            let (volume, other_volume) = (one.volume(), other.volume() / scale / scale / scale);
+            assert!((volume / other_volume - 1.0).abs() < 1e-6, "{scale} {offset}: {volume} {other_volume}");
+            let (tets, others) = (one.tets.len() as f64, other.tets.len() as f64);
+            assert!((tets / others - 1.0).abs() < 0.02, "{scale} {offset}: {tets} {others}");
+        }
+    }
+}
