@@ -7,9 +7,9 @@ use tetcvt::geometry::frame::{Frame, snap};
 use tetcvt::geometry::hilbert::hilbert_order;
 use tetcvt::io;
 use tetcvt::io::npy::TrajectoryWriter;
-use tetcvt::lloyd::Relaxation;
 use tetcvt::params::{Boundary, Optimizer, Params, Target};
 use tetcvt::progress::{Flow, Observer, Step};
+use tetcvt::relax::Relaxation;
 use tetcvt::seeds::{self, Anchor, Seeds};
 use tetcvt::surface::Surface;
 use tetcvt::surface::features::Features;
@@ -60,7 +60,7 @@ pub fn record(run: &Run, file: &Path) -> Outcome<f64> {
     };
     let mut recorder = Recorder { writer: TrajectoryWriter::create(file)?, failure: None, update: 0.0, all: 0.0 };
     recorder.seeds(None, &seeds.positions, surface.frame());
-    Relaxation::new(&surface, &features, &params, seeds)?.run(run.iterations, &mut recorder)?;
+    Relaxation::new(&surface, &features, &params, seeds, None)?.run(run.iterations, &mut recorder)?;
     if let Some(failure) = recorder.failure {
         return Err(failure.into());
     }
