@@ -92,3 +92,5 @@ mod scale;
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;
+
+mod trajectories;
