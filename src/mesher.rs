@@ -13,6 +13,9 @@ use crate::surface::Surface;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
 
+/// Iterations against slivers, at most.
+const MOST_AGAINST_SLIVERS: usize = 3;
+
 /// The longest time limit, in seconds: a clock may not count further.
 const LONGEST: f64 = 1e9;
 
@@ -41,15 +44,19 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     let seeds_s = started.elapsed().as_secs_f64();
     observer.seeds(None, &seeds.positions, surface.frame());
 
+    // Of the iterations, the last few are against slivers.
+    let against_slivers = MOST_AGAINST_SLIVERS.min(params.iterations / 10);
+    let iterations = params.iterations - against_slivers;
+
     // 2. To a centroidal Voronoi tessellation of the solid.
     observer.stage(Stage::Relax { iterations: params.iterations });
     let mut relaxation = Relaxation::new(surface, &features, params, seeds, deadline)?;
-    let mut stopped = relaxation.run(params.iterations / 3, observer)?;
+    let mut stopped = relaxation.run(iterations / 3, observer)?;
     if params.boundary == Boundary::Conform && !stopped.is_interruption() && params.iterations > 0 {
         stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
     }
     if !stopped.is_interruption() {
-        let before_last = params.iterations * 9 / 10;
+        let before_last = iterations * 9 / 10;
         stopped = relaxation.run(before_last.saturating_sub(relaxation.iterations()), observer)?;
     }
 
@@ -58,12 +65,12 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     let started = Instant::now();
     let moved_s = relaxation.moving_time();
     let mut inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
-    if stopped == Stopped::Iterations && relaxation.iterations() < params.iterations {
-        stopped = relaxation.run(params.iterations - relaxation.iterations(), observer)?;
+    if stopped == Stopped::Iterations && relaxation.iterations() < iterations {
+        stopped = relaxation.run(iterations - relaxation.iterations(), observer)?;
         inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
     }
-    if !stopped.is_interruption() && params.iterations > 0 {
-        let last = relaxation.reduce_slivers(observer)?;
+    if !stopped.is_interruption() && against_slivers > 0 {
+        let last = relaxation.reduce_slivers(against_slivers, observer)?;
         stopped = if last.is_interruption() { last } else { stopped };
         inside = refine::until_valid(&mut relaxation, surface, params, observer, true)?;
     }

@@ -52,7 +52,7 @@ pub enum Start {
 pub enum Optimizer {
     /// By the energy's slope and what is remembered of its curvature: L-BFGS (Liu et al. 2009).
     Lbfgs,
-    /// Half again the step of Lloyd with momentum, without a look at the energy (Nesterov 1983).
+    /// Half again the step of Lloyd with momentum, without a line search (Nesterov 1983).
     Nesterov,
     /// Each seed to the centroid of its cell (Du, Faber, Gunzburger 1999).
     Lloyd,
@@ -73,8 +73,8 @@ pub struct Params {
     pub optimizer: Optimizer,
     /// How the triangulation follows them.
     pub update: Update,
-    /// At most so many iterations; 0 = only sample. A few more may follow where a valid mesh needs further seeds, and a few
-    /// steps against slivers.
+    /// At most so many iterations; 0 = only sample. The last tenth, at most three, is against slivers. A few more may follow
+    /// where a valid mesh needs further seeds.
     pub iterations: usize,
     /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never.
     pub tolerance: f64,

@@ -249,7 +249,7 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
         ("/memory", "peak_bytes"),
         (
             "/iterations/0",
-            "energy max_move update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
+            "move energy max_move evaluations update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
              reversed held_back rebuilt",
         ),
     ];

@@ -48,7 +48,7 @@ mod seeds;
 // Moments of clipped cells against closed forms and Monte Carlo.
 mod clipped_voronoi;
 
-// Energy, determinism.
+// Energy, kinds of seeds, determinism, stopping.
 mod relax;
 
 // Creases in the mesh.

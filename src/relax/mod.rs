@@ -61,9 +61,6 @@ const LEAST_STRETCH: f64 = 0.1;
 /// A motion of L-BFGS stands if the energy falls by this share of what the slope promises.
 const ENOUGH: f64 = 1e-4;
 
-/// Steps towards an optimal Delaunay triangulation, at most.
-const ODT_STEPS: usize = 3;
-
 /// Seeds on their way to a centroidal Voronoi tessellation.
 pub struct Relaxation<'a> {
     params: &'a Params,
@@ -246,20 +243,16 @@ impl<'a> Relaxation<'a> {
     /// Moves seeds elsewhere, which takes no part in the optimisation.
     pub fn insert(&mut self, targets: Vec<Target>, observer: &mut dyn Observer) -> Result<Flow, Error> {
         self.method.forget();
-        self.jump(Move::Insertion, targets, observer)
-    }
-
-    /// A step that no method has asked for.
-    fn jump(&mut self, kind: Move, targets: Vec<Target>, observer: &mut dyn Observer) -> Result<Flow, Error> {
-        let mut step = Step { kind, energy: self.volume_energy(), ..Step::default() };
+        let mut step = Step { kind: Move::Insertion, energy: self.volume_energy(), ..Step::default() };
         self.go(targets, &mut step)?;
         self.report(step, observer)
     }
 
-    /// A few steps towards an optimal Delaunay triangulation, as long as each leaves fewer slivers.
-    pub fn reduce_slivers(&mut self, observer: &mut dyn Observer) -> Result<Stopped, Error> {
+    /// At most so many steps towards an optimal Delaunay triangulation; one that does not leave fewer slivers is taken back
+    /// and the last.
+    pub fn reduce_slivers(&mut self, steps: usize, observer: &mut dyn Observer) -> Result<Stopped, Error> {
         let mut fewest = odt::slivers(self.delaunay(), &self.state.clipped);
-        for _ in 0..ODT_STEPS {
+        for _ in 0..steps {
             if self.deadline.is_some_and(|d| Instant::now() >= d) {
                 return Ok(Stopped::Time);
             }
@@ -268,17 +261,17 @@ impl<'a> Relaxation<'a> {
                 self.seeds.positions.iter().copied().zip(self.seeds.anchors.iter().copied()).collect();
             let moved = |(target, way): (&Target, DVec3)| (snap(target.0 + way), target.1);
             let targets = here.iter().zip(motion).map(moved).collect();
-            if self.jump(Move::Odt, targets, observer)? == Flow::Stop {
-                return Ok(Stopped::Caller);
-            }
+            let mut step = Step { kind: Move::Odt, energy: self.volume_energy(), ..Step::default() };
+            self.go(targets, &mut step)?;
             let left = odt::slivers(self.delaunay(), &self.state.clipped);
             if left >= fewest {
-                return match self.jump(Move::Odt, here, observer)? {
-                    Flow::Stop => Ok(Stopped::Caller),
-                    Flow::Continue => Ok(Stopped::Iterations),
-                };
+                self.go(here, &mut step)?;
+                break;
             }
             fewest = left;
+            if self.report(step, observer)? == Flow::Stop {
+                return Ok(Stopped::Caller);
+            }
         }
         Ok(Stopped::Iterations)
     }
