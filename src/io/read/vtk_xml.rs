@@ -175,7 +175,9 @@ impl Document {
     }
 
     fn text(&mut self, text: &[u8]) {
-        if let Some(array) = self.pieces.last_mut().and_then(|p| p.last_mut()).filter(|_| self.in_array && self.beneath == 0) {
+        if let Some(array) =
+            self.pieces.last_mut().and_then(|p| p.last_mut()).filter(|_| self.in_array && self.beneath == 0)
+        {
             array.text.extend_from_slice(text);
         }
     }
