@@ -176,6 +176,33 @@ fn strips_of_vtk_and_ply_are_read() {
 }
 
 #[test]
+fn patches_reach_the_mesh() {
+    use tetcvt::params::Target;
+    let params = tetcvt::Params { target: Target::Count(300), iterations: 0, ..Default::default() };
+    let patches = |patch: Vec<u32>| {
+        let grouped = Grouped { shape: Shape::cube(), patch };
+        let mesh = tetcvt::tetrahedralize(
+            &surface("a.ply", &files::all(&grouped)[3].1),
+            &params,
+            &mut tetcvt::progress::Silent,
+        );
+        let mesh = mesh.expect("a mesh");
+        let mut seen: Vec<u32> = mesh.boundary.iter().map(|t| t.patch).collect();
+        for t in &mesh.boundary {
+            // The face of the file that a boundary triangle names is on its side of the cube.
+            let wanted = grouped.patch[t.source_triangle as usize];
+            assert!(t.patch == wanted || grouped.patch.iter().all(|&p| p == grouped.patch[0]));
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        seen
+    };
+    // The numbers of the file where it tells patches apart; else the sides between creases.
+    assert_eq!(patches((0..12).map(|t| [70, 3][t / 6]).collect()), [3, 70]);
+    assert_eq!(patches(vec![9; 12]), [0, 1, 2, 3, 4, 5]);
+}
+
+#[test]
 fn errors_say_where() {
     let ply =
         "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n";

@@ -273,9 +273,9 @@ pub fn bad_models() -> Vec<(&'static str, Vec<u8>)> {
     );
     let on_it = cube().placed(DVec3::new(0.1, 0.2, 1.5), 0.5);
     add("standing_cube.obj", cube().with(&on_it).obj("a cube that stands on a larger one"));
-    let mut peak = Shape::tetrahedron().placed(DVec3::new(-0.2, 0.1, 1.0), -1.0).reversed();
-    peak.points.iter_mut().for_each(|p| *p = DVec3::new(p.x, p.y, 2.0 - p.z));
-    add("standing_tip.obj", cube().with(&peak.reversed()).obj("a tetrahedron that touches a cube's side"));
+    let tip = [(0.1, 0.2, 1.0), (1.0, 0.0, 3.0), (-1.0, 0.5, 3.0), (0.0, -1.0, 3.0)];
+    let peak = Shape { points: tip.map(DVec3::from).to_vec(), ..Shape::tetrahedron() }.reversed();
+    add("standing_tip.obj", cube().with(&peak).obj("a tetrahedron that touches a cube's side"));
 
     // Text that is no surface.
     add("garbage.obj", "The quick brown fox\njumps over the lazy dog.\n".into());

@@ -70,11 +70,10 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     let read = reading.elapsed().as_secs_f64();
     let checking = Instant::now();
     let mut marks = Marks::default();
-    let surface = soup.check_mended(job.mending, &mut marks).map_err(|defect| {
+    let surface = soup.check_mended(job.mending, &mut marks).inspect_err(|_| {
         marks.notes.iter().for_each(|note| watcher.note(note));
         watcher.clear();
         show_defects(job, &marks);
-        defect
     })?;
     let check = checking.elapsed().as_secs_f64();
     for note in surface.notes() {

@@ -14,7 +14,7 @@ use crate::surface::Mending;
 const AFTER_HELP: &str = "\
 Exit status:
   0    done
-  1    the surface cannot be meshed (open, non-manifold, empty, ...)
+  1    the surface cannot be meshed (open, non-manifold, self-crossing, ...)
   2    wrong usage
   3    cannot read or parse the surface
   4    cannot write

@@ -87,7 +87,7 @@ impl Element {
 /// Parses the bytes of a PLY file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, String> {
     let (encoding, elements, body, line) = header(bytes)?;
-    let mut values = Values { words: Words::new(&bytes[body..]).from_line(line), encoding };
+    let mut values = Values { words: Words::new(&bytes[body..]).counting_from(line), encoding };
     let mut vertices = None;
     let (mut faces, mut strips) = (Lists::default(), Lists::default());
     for element in &elements {

@@ -21,7 +21,7 @@ impl<'a> Words<'a> {
     }
 
     /// The same, with `line` as the number of the first line.
-    pub fn from_line(self, line: usize) -> Words<'a> {
+    pub fn counting_from(self, line: usize) -> Words<'a> {
         Words { line, ..self }
     }
 

@@ -13,25 +13,24 @@ use crate::disjoint_sets::DisjointSets;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::triangle;
 
-/// A hole is small up to this share of the diagonal, and this number of edges.
-const SMALL: f64 = 0.25;
+/// A hole is small where what closes it has at most this share of the area of the part that it is in.
+const SMALL: f64 = 0.1;
+
+/// A loop of more edges would take long, and is none that a scanner or a lost face leaves.
 const MOST_EDGES: usize = 400;
 
 /// A hole is nearly flat when no vertex of it is farther from its plane than this share of its own diagonal.
 const FLAT: f64 = 0.2;
 
-/// What closes a hole has at most this share of the area of the part that the hole is in.
-const CAP: f64 = 0.25;
-
 /// Fills the holes of `soup`.
-pub(super) fn fill(soup: &mut Soup, diagonal: f64, notes: &mut Vec<String>) {
+pub(super) fn fill(soup: &mut Soup, notes: &mut Vec<String>) {
     let sorted = edges::sorted(&soup.triangles);
     let taken: Vec<[u32; 2]> = sorted.iter().map(|e| e.0).collect();
     let part_area = areas_of_parts(soup, &sorted);
     let (mut filled, mut added) = (0, 0);
     for hole in loops(soup, &sorted) {
         let corners: Vec<DVec3> = hole.vertices.iter().map(|&v| soup.points[v as usize]).collect();
-        if corners.len() > MOST_EDGES || !is_small_and_flat(&corners, diagonal) {
+        if corners.len() > MOST_EDGES || !is_nearly_flat(&corners) {
             continue;
         }
         let is_taken = |i: usize, j: usize| {
@@ -40,7 +39,7 @@ pub(super) fn fill(soup: &mut Soup, diagonal: f64, notes: &mut Vec<String>) {
         };
         let beside: Vec<DVec3> = hole.apexes.iter().map(|&v| soup.points[v as usize]).collect();
         let Some((triangles, area)) = flattest(&corners, &beside, is_taken) else { continue };
-        if area > CAP * part_area[hole.beside as usize] {
+        if area > SMALL * part_area[hole.beside as usize] {
             continue;
         }
         // New faces count as part of the one beside them.
@@ -106,7 +105,7 @@ fn loops(soup: &Soup, sorted: &[([u32; 2], EdgeId)]) -> Vec<Hole> {
     holes
 }
 
-fn is_small_and_flat(corners: &[DVec3], diagonal: f64) -> bool {
+fn is_nearly_flat(corners: &[DVec3]) -> bool {
     let size = BoundingBox::of(corners).diagonal();
     let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
     let mut normal = DVec3::ZERO;
@@ -115,7 +114,7 @@ fn is_small_and_flat(corners: &[DVec3], diagonal: f64) -> bool {
     }
     // A crack has no normal, and nothing to be flat about.
     let normal = normal.normalize_or_zero();
-    size <= SMALL * diagonal && corners.iter().all(|&p| (p - middle).dot(normal).abs() <= FLAT * size)
+    corners.iter().all(|&p| (p - middle).dot(normal).abs() <= FLAT * size)
 }
 
 /// For each triangle the area of what hangs together with it along edges of two faces.

@@ -39,7 +39,7 @@ pub(super) fn mend(soup: &mut Soup, frame: &Frame, notes: &mut Vec<String>) {
     drop_duplicates(soup, notes);
     drop_sheets(soup, notes);
     split(soup, frame, diagonal, notes);
-    holes::fill(soup, diagonal, notes);
+    holes::fill(soup, notes);
     soup.drop_unused();
 }
 
