@@ -32,7 +32,7 @@ fn assert_alike(one: &TetMesh, other: &TetMesh, scale: f64, case: &str) {
     let [volume, others] = [one.volume(), other.volume() / scale / scale / scale];
     assert!((volume / others - 1.0).abs() < 1e-3, "{case}: volumes {volume}, {others}");
     let [tets, others] = [one, other].map(|mesh| mesh.tets.len() as f64);
-    assert!((tets / others - 1.0).abs() < 0.03, "{case}: {tets} and {others} tets");
+    assert!((tets / others - 1.0).abs() < 0.06, "{case}: {tets} and {others} tets");
 }
 
 /// The tets as sets of vertices, sorted: equal for meshes whose tets are listed or turned in another way.
