@@ -12,6 +12,10 @@ use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::surface::Mending;
 
 const AFTER_HELP: &str = "\
+Formats, by extension:
+  mesh     .vtu, .vtk (VTK), .msh (Gmsh 4.1), .mesh (Medit), .inp (Abaqus), .node or .ele (TetGen: both, and .face)
+  surface  .vtp, .vtk (VTK), .obj, .stl, .ply
+
 Exit status:
   0    done
   1    the surface cannot be meshed (open, non-manifold, self-crossing, ...)
@@ -105,12 +109,11 @@ pub(super) struct Options {
     #[arg(short, long, help_heading = "Run", action = ArgAction::Count)]
     verbose: u8,
 
-    /// The mesh: .vtu, .vtk, .msh (Gmsh 4.1), .mesh (Medit), .inp (Abaqus), .node or .ele (TetGen: both, and .face)
-    /// [default: <stem of SURFACE>.vtu in the current folder]
+    /// The mesh, in a format below [default: <stem of SURFACE>.vtu in the current folder]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: Option<PathBuf>,
 
-    /// The restricted Delaunay surface: .vtp, .vtk, .obj, .stl, .ply [default: <stem of SURFACE>.surface.vtp in the current folder]
+    /// The restricted Delaunay surface [default: <stem of SURFACE>.surface.vtp in the current folder]
     #[arg(long = "surface", id = "surface_output", value_name = "FILE", help_heading = "Output")]
     surface_output: Option<PathBuf>,
 
