@@ -11,36 +11,30 @@
 //! (46.9 M^(3/2) |q|² + 29.5 M^(5/2)) 2^-53: with D' = D - 50 M^(3/2) 2^-53 and K = 32 M^(5/2) 2^-53, rounding of these
 //! themselves included, a facet with D' |q|² - A.q > K is certainly Delaunay, and a tet with D' > 0 certainly positive.
 //!
-//! The infinite vertex stands far out on an axis. A finite tet's facet on the hull then always passes, and
-//! an infinite tet never does, so that it goes on to the exact tests of the hull.
+//! Each facet is left to one of its two tets, the one whose own vertex opposite has the lesser number; a facet of the hull
+//! to the infinite tet, which never passes, so that it goes on to the exact tests of the hull.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
+use super::facet::INFINITE;
+
 /// Tets that are tested at once.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// Tets that one thread tests in a row.
 const CHUNK: usize = 4096;
 
-/// Where the infinite vertex stands: a power of two whose square dwarfs any product of coordinates.
-const FAR: f64 = f64::from_bits((1023 + 300) << 52);
-
 /// Below this squared length products may underflow.
-const TINY: f64 = 1e-50;
+pub const TINY: f64 = 1e-50;
 
-/// A position, aligned so that it is never split between cache lines.
+/// Half the distance from 1 to the next number: the largest relative error of a rounding.
+pub const U: f64 = f64::EPSILON / 2.0;
+
+/// A position, aligned so that it is never split between cache lines. After those of all vertices comes one more, for the
+/// infinite vertex, which may be anywhere.
 #[derive(Clone, Copy, Default)]
 #[repr(align(32))]
-pub struct Corner([f64; 4]);
-
-/// Copies positions to where [`suspects`] wants them: the infinite vertex comes last.
-pub fn corners(points: &[DVec3], corners: &mut Vec<Corner>) {
-    corners.clear();
-    corners.extend(points.iter().map(|p| Corner([p.x, p.y, p.z, 0.0])));
-    // To a power of two, so that the infinite vertex, all bits set, becomes the last of them by a mask.
-    corners.resize((points.len() + 1).next_power_of_two(), Corner([FAR, 0.0, 0.0, 0.0]));
-}
+pub struct Corner(pub [f64; 4]);
 
 /// The tets, ascending, of which it is not certain that they are positive and their facets Delaunay: all
 /// infinite ones, and few others.
@@ -107,25 +101,38 @@ fn note(passed: &[f64], first: u32, found: &mut Vec<u32>) {
 }
 
 /// A number of each tet.
-type Lanes = [f64; LANES];
+pub type Lanes = [f64; LANES];
+
+/// The corners of tets, and then their apexes: the vertices across each facet.
+pub type Gathered = [[Corner; LANES]; 8];
+
+/// Finds the corners and apexes of some tets.
+#[inline(always)]
+pub fn gather(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Gathered {
+    let mut at = [[Corner([0.0; 4]); LANES]; 8];
+    let Some(last) = corners.len().checked_sub(1) else { return at };
+    for l in 0..LANES {
+        for k in 0..4 {
+            at[k][l] = corners[(vertices[l][k] as usize).min(last)];
+            at[4 + k][l] = corners[(opposite[l][k] as usize).min(last)];
+        }
+    }
+    at
+}
+
+/// Whether a facet is for the other one of its tets to test, given the vertices opposite it in this one and in that: true
+/// too if the other one is infinite, as the infinite vertex is all ones.
+#[inline(always)]
+pub fn is_left_to_other(own: u32, apex: u32) -> bool {
+    apex.wrapping_add(1) <= own
+}
 
 /// For each tet, 1 if it and its facets are certainly as they should be, else 0.
 #[inline(always)]
 fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    const U: f64 = f64::EPSILON / 2.0;
-    let mask = corners.len().wrapping_sub(1);
-    if corners.is_empty() {
-        return [0.0; LANES];
-    }
-    let mut at = [[Corner([0.0; 4]); LANES]; 8];
-    for l in 0..LANES {
-        for k in 0..4 {
-            at[k][l] = corners[vertices[l][k] as usize & mask];
-            at[4 + k][l] = corners[opposite[l][k] as usize & mask];
-        }
-    }
+    let at = gather(corners, vertices, opposite);
     // From here on all is done for all tets at once, by vectors.
-    let [origin, others @ ..]: &[[Corner; LANES]; 8] = &at;
+    let [origin, others @ ..]: &Gathered = &at;
     let mut passed = [0.0; LANES];
     for l in 0..LANES {
         let o = &origin[l];
@@ -136,40 +143,50 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
         let ax = vw[0] * uu + wu[0] * vv + uv[0] * ww;
         let ay = vw[1] * uu + wu[1] * vv + uv[1] * ww;
         let az = vw[2] * uu + wu[2] * vv + uv[2] * ww;
-        let m = if uu > vv { uu } else { vv };
-        let m = if m > ww { m } else { ww };
+        let m = larger(larger(uu, vv), ww);
         let m3 = m * m.sqrt();
         let sure = d - 50.0 * U * m3;
         let k = 32.0 * U * m3 * m;
-        let mut good = (sure > 0.0) & (m > TINY);
-        for q in &others[3..] {
+        let mut good = (sure > 0.0) & (m > TINY) & (vertices[l][3] != INFINITE);
+        for (i, q) in others[3..].iter().enumerate() {
             let q = from(o, &q[l]);
-            good &= sure * dot(q, q) - dot([ax, ay, az], q) > k;
+            good &= (sure * dot(q, q) - dot([ax, ay, az], q) > k) | is_left_to_other(vertices[l][i], opposite[l][i]);
         }
         passed[l] = if good { 1.0 } else { 0.0 };
     }
     passed
 }
 
+/// `f64::max` without its rules for NaN.
 #[inline(always)]
-fn from(Corner(o): &Corner, Corner(p): &Corner) -> [f64; 3] {
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// From one position to another.
+#[inline(always)]
+pub fn from(Corner(o): &Corner, Corner(p): &Corner) -> [f64; 3] {
     [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
 }
 
+/// The cross product.
 #[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// The dot product.
 #[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
-    use crate::delaunay::{Delaunay, INFINITE};
+    use crate::delaunay::Delaunay;
     use crate::geometry::predicates::{Sign, insphere, orient3d};
 
     /// A grid, of which every cell is cospherical, each coordinate moved by up to `noise`.
@@ -200,8 +217,8 @@ mod tests {
                 };
                 let tets = delaunay.vertices();
                 let opposite: Vec<[u32; 4]> = (0..tets.len()).map(|t| [0, 1, 2, 3].map(|i| apex(t, i))).collect();
-                let mut at = Vec::new();
-                corners(&points, &mut at);
+                let mut at: Vec<Corner> = points.iter().map(|p| Corner([p.x, p.y, p.z, 0.0])).collect();
+                at.push(Corner::default());
                 let suspects = suspects(&at, tets, &opposite);
                 for (t, tet) in tets.iter().enumerate() {
                     if suspects.binary_search(&(t as u32)).is_ok() {
@@ -211,7 +228,9 @@ mod tests {
                     cleared += 1;
                     let [a, b, c, d] = tet.map(|v| points[v as usize]);
                     assert_eq!(orient3d(a, b, c, d), Sign::Positive, "{noise} {offset}");
-                    for &q in opposite[t].iter().filter(|&&q| q != INFINITE) {
+                    let own = |(i, q): &(usize, &u32)| !is_left_to_other(tet[*i], **q);
+                    for (_, &q) in opposite[t].iter().enumerate().filter(own) {
+                        assert_ne!(q, INFINITE);
                         assert_eq!(insphere(a, b, c, d, points[q as usize]), Sign::Negative, "{noise} {offset}");
                     }
                 }

@@ -9,6 +9,8 @@ mod adjacency;
 
 mod cavity;
 
+mod certificate;
+
 mod check;
 
 mod detect;
@@ -25,6 +27,8 @@ mod insert;
 
 mod locate;
 
+mod motion;
+
 mod order;
 
 mod range;
@@ -32,6 +36,8 @@ mod range;
 mod relocate;
 
 mod repair;
+
+mod schedule;
 
 mod tets;
 
@@ -54,7 +60,7 @@ pub struct Delaunay {
     scale: f64,
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
-    motion: relocate::Motion,
+    motion: motion::Motion,
 }
 
 impl Delaunay {
@@ -76,7 +82,7 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors, motion: relocate::Motion::default() })
+        Ok(Delaunay { points, scale, vertices, neighbors, motion: motion::Motion::default() })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

@@ -56,13 +56,17 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// Makes ready for the next repair of `tets` tets.
-    pub fn clear(&mut self, tets: usize) {
-        self.queue.clear();
-        self.queued.clear();
-        self.queued.resize(tets, false);
+    /// Makes ready for the next repair, after one that came to its end.
+    pub fn begin(&mut self) {
+        debug_assert!(self.queue.is_empty());
         self.stuck.clear();
         self.held.clear();
+    }
+
+    /// Makes ready for the next repair, after one that did not.
+    pub fn forget(&mut self) {
+        self.queue.clear();
+        self.queued.clear();
     }
 
     /// Queues a tet.

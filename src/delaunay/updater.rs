@@ -48,7 +48,8 @@ impl Updater {
     /// On an error nothing has changed.
     pub fn relocate(&mut self, new_positions: &[DVec3]) -> Result<Relocation, DelaunayError> {
         match self.method {
-            Method::Bicell | Method::Check => self.delaunay.relocate(new_positions),
+            Method::Bicell => self.delaunay.relocate(new_positions),
+            Method::Check => self.delaunay.relocate_unfiltered(new_positions),
             Method::Rebuild => self.delaunay.rebuild(new_positions),
         }
     }
