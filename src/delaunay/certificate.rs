@@ -28,9 +28,10 @@
 //! bi-cells; the tolerance of Zhou et al. 2010 is one on matrices. This one has to be
 //! cheap, as it is computed with every test.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
-use super::detect::{Corner, LANES, Lanes, TINY, U, cross, dot, from, gather, is_left_to_other, larger};
+use super::detect::{LANES, Lanes, TINY, U, cross, dot, from, gather, is_left_to_other, larger};
 use super::facet::INFINITE;
 use super::flip::Mesh;
 
@@ -47,11 +48,11 @@ const LEAST: f64 = 1e-30;
 const SHORT: f64 = 1.0 - 1e-6;
 
 /// Tests tets; their certificates are left in `found`, [`NONE`] for what could not be cleared.
-pub fn certify(mesh: &Mesh, corners: &[Corner], tets: &[u32], found: &mut Vec<f32>) {
+pub fn certify(mesh: &Mesh, tets: &[u32], found: &mut Vec<f32>) {
     found.clear();
     found.resize(tets.len(), NONE);
     let chunk = |(tets, found): (&[u32], &mut [f32])| {
-        pulp::Arch::new().dispatch(Batch { mesh, corners, tets, found });
+        pulp::Arch::new().dispatch(Batch { mesh, tets, found });
         for (&t, found) in tets.iter().zip(found) {
             if mesh.vertices[t as usize][3] == INFINITE {
                 *found = rounded(hull_certificate(mesh, t));
@@ -74,7 +75,6 @@ fn rounded(m: f64) -> f32 {
 /// Tets to be tested; compiled for each width of vectors, like the test of all.
 struct Batch<'a> {
     mesh: &'a Mesh,
-    corners: &'a [Corner],
     tets: &'a [u32],
     found: &'a mut [f32],
 }
@@ -84,13 +84,13 @@ impl pulp::WithSimd for Batch<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Batch { mesh, corners, tets, found } = self;
+        let Batch { mesh, tets, found } = self;
         for (tets, found) in tets.chunks(LANES).zip(found.chunks_mut(LANES)) {
             let (mut vertices, mut opposite) = ([[INFINITE; 4]; LANES], [[INFINITE; 4]; LANES]);
             for ((&t, v), q) in tets.iter().zip(&mut vertices).zip(&mut opposite) {
                 (*v, *q) = (mesh.vertices[t as usize], mesh.opposite[t as usize]);
             }
-            let certificates = test(corners, &vertices, &opposite);
+            let certificates = test(&mesh.points, &vertices, &opposite);
             for (found, m) in found.iter_mut().zip(certificates) {
                 *found = rounded(m);
             }
@@ -100,8 +100,8 @@ impl pulp::WithSimd for Batch<'_> {
 
 /// The certificates of tets, zero or less for none.
 #[inline(always)]
-fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    let at = gather(corners, vertices, opposite);
+fn test(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
+    let at = gather(points, vertices, opposite);
     let [origin, others @ ..] = &at;
     let mut least = [0.0; LANES];
     for l in 0..LANES {

@@ -14,6 +14,7 @@
 //! Each facet is left to one of its two tets, the one whose own vertex opposite has the lesser number; a facet of the hull
 //! to the infinite tet, which never passes, so that it goes on to the exact tests of the hull.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::facet::INFINITE;
@@ -30,21 +31,15 @@ pub const TINY: f64 = 1e-50;
 /// Half the distance from 1 to the next number: the largest relative error of a rounding.
 pub const U: f64 = f64::EPSILON / 2.0;
 
-/// A position, aligned so that it is never split between cache lines. After those of all vertices comes one more, for the
-/// infinite vertex, which may be anywhere.
-#[derive(Clone, Copy, Default)]
-#[repr(align(32))]
-pub struct Corner(pub [f64; 4]);
-
 /// The tets, ascending, of which it is not certain that they are positive and their facets Delaunay: all
 /// infinite ones, and few others.
-pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]) -> Vec<u32> {
+pub fn suspects(points: &[DVec3], vertices: &[[u32; 4]], opposite: &[[u32; 4]]) -> Vec<u32> {
     let chunks = vertices.len().div_ceil(CHUNK);
     let chunk = |n: usize| {
         let range = n * CHUNK..vertices.len().min((n + 1) * CHUNK);
         let first = range.start as u32;
         pulp::Arch::new().dispatch(Scan {
-            corners,
+            points,
             vertices: &vertices[range.clone()],
             opposite: &opposite[range],
             first,
@@ -60,7 +55,7 @@ pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]
 /// Tests of tets in a row. It is compiled for each width of vectors, and the widest that the processor has is chosen as the
 /// program runs; the operations are the same in each, and so are the answers.
 struct Scan<'a> {
-    corners: &'a [Corner],
+    points: &'a [DVec3],
     vertices: &'a [[u32; 4]],
     opposite: &'a [[u32; 4]],
     /// Number of the first tet.
@@ -72,13 +67,13 @@ impl pulp::WithSimd for Scan<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<u32> {
-        let Scan { corners, vertices, opposite, first } = self;
+        let Scan { points, vertices, opposite, first } = self;
         let mut found = Vec::new();
         let (blocks, rest) = vertices.as_chunks::<LANES>();
         let (opposite_blocks, opposite_rest) = opposite.as_chunks::<LANES>();
         let mut number = first;
         for (vertices, opposite) in blocks.iter().zip(opposite_blocks) {
-            let passed = test(corners, vertices, opposite);
+            let passed = test(points, vertices, opposite);
             if passed != [1.0; LANES] {
                 note(&passed, number, &mut found);
             }
@@ -88,7 +83,7 @@ impl pulp::WithSimd for Scan<'_> {
             let mut last = ([[0; 4]; LANES], [[0; 4]; LANES]);
             last.0[..rest.len()].copy_from_slice(rest);
             last.1[..rest.len()].copy_from_slice(opposite_rest);
-            note(&test(corners, &last.0, &last.1)[..rest.len()], number, &mut found);
+            note(&test(points, &last.0, &last.1)[..rest.len()], number, &mut found);
         }
         found
     }
@@ -104,17 +99,17 @@ fn note(passed: &[f64], first: u32, found: &mut Vec<u32>) {
 pub type Lanes = [f64; LANES];
 
 /// The corners of tets, and then their apexes: the vertices across each facet.
-pub type Gathered = [[Corner; LANES]; 8];
+pub type Gathered = [[DVec3; LANES]; 8];
 
-/// Finds the corners and apexes of some tets.
+/// Finds the corners and apexes of some tets. The infinite vertex, which is never asked for, is where the last one is.
 #[inline(always)]
-pub fn gather(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Gathered {
-    let mut at = [[Corner([0.0; 4]); LANES]; 8];
-    let Some(last) = corners.len().checked_sub(1) else { return at };
+pub fn gather(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Gathered {
+    let mut at = [[DVec3::ZERO; LANES]; 8];
+    let Some(last) = points.len().checked_sub(1) else { return at };
     for l in 0..LANES {
         for k in 0..4 {
-            at[k][l] = corners[(vertices[l][k] as usize).min(last)];
-            at[4 + k][l] = corners[(opposite[l][k] as usize).min(last)];
+            at[k][l] = points[(vertices[l][k] as usize).min(last)];
+            at[4 + k][l] = points[(opposite[l][k] as usize).min(last)];
         }
     }
     at
@@ -129,8 +124,8 @@ pub fn is_left_to_other(own: u32, apex: u32) -> bool {
 
 /// For each tet, 1 if it and its facets are certainly as they should be, else 0.
 #[inline(always)]
-fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    let at = gather(corners, vertices, opposite);
+fn test(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
+    let at = gather(points, vertices, opposite);
     // From here on all is done for all tets at once, by vectors.
     let [origin, others @ ..]: &Gathered = &at;
     let mut passed = [0.0; LANES];
@@ -165,8 +160,8 @@ pub fn larger(a: f64, b: f64) -> f64 {
 
 /// From one position to another.
 #[inline(always)]
-pub fn from(Corner(o): &Corner, Corner(p): &Corner) -> [f64; 3] {
-    [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
+pub fn from(o: &DVec3, p: &DVec3) -> [f64; 3] {
+    [p.x - o.x, p.y - o.y, p.z - o.z]
 }
 
 /// The cross product.
@@ -183,8 +178,6 @@ pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use crate::delaunay::Delaunay;
     use crate::geometry::predicates::{Sign, insphere, orient3d};
@@ -217,9 +210,7 @@ mod tests {
                 };
                 let tets = delaunay.vertices();
                 let opposite: Vec<[u32; 4]> = (0..tets.len()).map(|t| [0, 1, 2, 3].map(|i| apex(t, i))).collect();
-                let mut at: Vec<Corner> = points.iter().map(|p| Corner([p.x, p.y, p.z, 0.0])).collect();
-                at.push(Corner::default());
-                let suspects = suspects(&at, tets, &opposite);
+                let suspects = suspects(&points, tets, &opposite);
                 for (t, tet) in tets.iter().enumerate() {
                     if suspects.binary_search(&(t as u32)).is_ok() {
                         continue;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::certificate::{NONE, certify};
-use super::detect::{Corner, LANES, suspects};
+use super::detect::{LANES, suspects};
 use super::facet::{Facet, INFINITE};
 use super::flip::Mesh;
 use super::hull::Guard;
@@ -38,11 +38,18 @@ const SAMPLE: usize = 128;
 /// But not fewer than this.
 const LEAST_SAMPLE: usize = 512;
 
-/// If certificates of more tets than this share would not last for a motion, none are taken.
-const SHORT_LIVED: f64 = 0.25;
+/// If more than this share of a sample is suspect, building anew is faster.
+const MOST_OF_SAMPLE: f64 = 1.25 / SUSPECTS as f64;
 
-/// If certificates of more tets than this share have run out, all tets are tested, without.
-const RUN_OUT: f64 = 0.45;
+/// Certificates are taken if a smaller share of tets than this would be tested after each motion.
+const WORTH_WHILE: f64 = 0.12;
+
+/// If certificates of more tets than this share have run out, all tets are tested, without. A test with a certificate takes
+/// up to four times as long as one without.
+const RUN_OUT: f64 = 0.25;
+
+/// Tets that a thread certifies before they are planned.
+const AT_ONCE: usize = 512;
 
 /// The next steps may be so much longer than those of this motion.
 const NEXT: f32 = 2.5;
@@ -61,7 +68,6 @@ pub enum Filter {
 pub struct Motion {
     /// The triangulation; between motions without its tets, and with the positions before the last one.
     pub mesh: Mesh,
-    corners: Vec<Corner>,
     /// Squared length of the step of each vertex, not less.
     steps2: Vec<f32>,
     schedule: Schedule,
@@ -76,6 +82,8 @@ pub struct Motion {
     pub ready: bool,
     /// Tets made anew since they were last brought into order.
     disorder: usize,
+    /// Motions before it is asked again whether certificates are worth while.
+    wait: u32,
 }
 
 impl Motion {
@@ -90,10 +98,15 @@ impl Motion {
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
         let longest = self.take(old, new);
-        if !std::mem::replace(&mut self.ready, true) {
+        if !self.ready {
+            if self.is_too_rough() {
+                report.seconds.filter = lap();
+                return Err(GivenUp);
+            }
+            self.ready = true;
             self.mesh.derive();
             self.mesh.room = 0.0;
-            (self.disorder, self.certified) = (0, false);
+            (self.disorder, self.certified, self.wait) = (0, false, 0);
         }
         let found = self.find(old, longest, filter, report);
         report.seconds.filter = lap();
@@ -118,11 +131,10 @@ impl Motion {
         /// Room for rounding.
         const LONG: f64 = 1.0 + 1e-6;
         self.mesh.points.resize(new.len(), DVec3::ZERO);
-        self.corners.resize(new.len() + 1, Corner::default());
         self.steps2.resize(new.len(), 0.0);
-        let to = self.mesh.points.iter_mut().zip(&mut self.corners).zip(&mut self.steps2);
+        let to = self.mesh.points.iter_mut().zip(&mut self.steps2);
         let mut longest2 = 0.0;
-        for ((&new, &old), ((point, corner), step2)) in new.iter().zip(old).zip(to) {
+        for ((&new, &old), (point, step2)) in new.iter().zip(old).zip(to) {
             let squared = (new - old).length_squared() * LONG;
             longest2 = if squared > longest2 { squared } else { longest2 };
             // Too small for single precision is not yet zero.
@@ -130,7 +142,6 @@ impl Motion {
             let single = squared as f32;
             *step2 = if single > least { single } else { least };
             *point = new;
-            *corner = Corner([new.x, new.y, new.z, 0.0]);
         }
         longest2.sqrt() * LONG
     }
@@ -158,19 +169,18 @@ impl Motion {
             }
             self.certified = false;
         }
-        if let Filter::Certificates = filter
-            && count >= LEAST_SAMPLE
-        {
-            let (suspect, short_lived) = self.sample();
-            if suspect * SUSPECTS as f64 > 1.25 {
-                return Err(GivenUp);
-            }
-            if short_lived < SHORT_LIVED {
+        let certify = filter == Filter::Certificates && guard != Guard::Lost && self.wait == 0;
+        self.wait = self.wait.saturating_sub(1);
+        if certify && count >= LEAST_SAMPLE {
+            let tested = self.sample();
+            if tested < WORTH_WHILE {
                 return Ok((self.test_all(report), guard));
             }
+            // The more there would be to do, the later it is asked again.
+            self.wait = (tested / WORTH_WHILE) as u32;
         }
         report.tets = count;
-        Ok((suspects(&self.corners, &self.mesh.vertices, &self.mesh.opposite), guard))
+        Ok((suspects(&self.mesh.points, &self.mesh.vertices, &self.mesh.opposite), guard))
     }
 
     /// Leaves the tets that are due in `tested`.
@@ -190,15 +200,17 @@ impl Motion {
 
     /// Tests the tets that are due. Returns those that could not be cleared.
     fn test_due(&mut self, report: &mut Relocation) -> Vec<u32> {
-        let Motion { mesh, corners, steps2, schedule, tested, certificates, .. } = self;
+        let Motion { mesh, steps2, schedule, tested, certificates, .. } = self;
         report.tets = tested.len();
-        certify(mesh, corners, tested, certificates);
         let mut suspects = Vec::new();
-        for (&t, &certificate) in tested.iter().zip(&*certificates) {
-            let (tet, across) = (&mesh.vertices[t as usize], &mesh.opposite[t as usize]);
-            schedule.plan(t, tet, across, certificate);
-            if certificate == NONE && !stands_still(tet, across, steps2) {
-                suspects.push(t);
+        for tested in tested.chunks(AT_ONCE * rayon::current_num_threads()) {
+            certify(mesh, tested, certificates);
+            for (&t, &certificate) in tested.iter().zip(&*certificates) {
+                let (tet, across) = (&mesh.vertices[t as usize], &mesh.opposite[t as usize]);
+                schedule.plan(t, tet, across, certificate);
+                if certificate == NONE && !stands_still(tet, across, steps2) {
+                    suspects.push(t);
+                }
             }
         }
         suspects
@@ -214,24 +226,39 @@ impl Motion {
         self.test_due(report)
     }
 
-    /// Tests a few finite tets. Returns the share of those that are suspect, and of those whose certificates would not last.
-    fn sample(&mut self) -> (f64, f64) {
+    /// Whether a few tets show that so much has changed that building anew is faster: to be found out before anything else
+    /// is done if what is kept from one motion to the next is not there yet.
+    fn is_too_rough(&mut self) -> bool {
+        self.choose_sample();
+        let Mesh { vertices, neighbors, points, .. } = &self.mesh;
+        let across = |t: &u32| neighbors[*t as usize].map(|f| vertices[f.tet() as usize][f.slot()]);
+        let tets: Vec<[u32; 4]> = self.tested.iter().map(|&t| vertices[t as usize]).collect();
+        let opposite: Vec<[u32; 4]> = self.tested.iter().map(across).collect();
+        suspects(points, &tets, &opposite).len() as f64 > MOST_OF_SAMPLE * tets.len() as f64 + MANY as f64
+    }
+
+    /// The share of tets that certificates would leave to be tested after each motion, judged by a few tets.
+    fn sample(&mut self) -> f64 {
+        self.choose_sample();
+        certify(&self.mesh, &self.tested, &mut self.certificates);
+        let mut share = 0.0;
+        for (&t, &certificate) in self.tested.iter().zip(&self.certificates) {
+            let tet = &self.mesh.vertices[t as usize];
+            let step = tet.iter().fold(f32::MIN_POSITIVE, |m, &v| m.max(self.steps2[v as usize])).sqrt();
+            let motions = (certificate / (NEXT * step)) as u16;
+            share += 1.0 / (1.0 + f64::from(motions));
+        }
+        share / self.tested.len().max(1) as f64
+    }
+
+    /// Leaves a few finite tets, from everywhere, in `tested`.
+    fn choose_sample(&mut self) {
         let count = self.mesh.vertices.len();
         let stride = (count / LEAST_SAMPLE).clamp(1, SAMPLE) * LANES;
         let group = |start: usize| start as u32..count.min(start + LANES) as u32;
         self.tested.clear();
         self.tested.extend((0..count).step_by(stride).flat_map(group));
         self.tested.retain(|&t| self.mesh.vertices[t as usize][3] != INFINITE);
-        certify(&self.mesh, &self.corners, &self.tested, &mut self.certificates);
-        let (mut suspect, mut short_lived) = (0, 0);
-        for (&t, &certificate) in self.tested.iter().zip(&self.certificates) {
-            let tet = &self.mesh.vertices[t as usize];
-            let step = tet.iter().fold(0.0, |m: f32, &v| m.max(self.steps2[v as usize])).sqrt();
-            suspect += usize::from(certificate == NONE);
-            short_lived += usize::from(certificate < NEXT * step);
-        }
-        let count = self.tested.len().max(1) as f64;
-        (suspect as f64 / count, short_lived as f64 / count)
     }
 
     /// Makes ready for the next motion.
