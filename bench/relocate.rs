@@ -119,14 +119,6 @@ fn median(times: impl Iterator<Item = f64>) -> f64 {
     times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// All tets, in an order of their own.
-fn sorted(delaunay: &Delaunay) -> Vec<[u32; 4]> {
-    let mut tets = delaunay.vertices().to_vec();
-    tets.iter_mut().for_each(|t| t.sort_unstable());
-    tets.sort_unstable();
-    tets
-}
-
 /// One iteration.
 struct Entry {
     moved_ms: f64,
@@ -175,9 +167,9 @@ fn run(name: &str, points: Vec<DVec3>, next: &mut dyn FnMut(&Delaunay) -> Option
             let (built, ms) = timed(|| Delaunay::build(&to).expect("these points have tets"));
             built_ms = Some(ms);
             if options.compare {
-                let built = sorted(&built);
-                assert!(sorted(&delaunay) == built, "iteration {n}: other tets than those of a new triangulation");
-                assert!(sorted(&unfiltered) == built, "iteration {n}: other tets than those of a new triangulation");
+                let built = sorted_tets(&built);
+                assert!(sorted_tets(&delaunay) == built, "iteration {n}: other tets than those of a new triangulation");
+                assert!(sorted_tets(&unfiltered) == built, "iteration {n}: other tets than those of a new triangulation");
             }
         }
         log.push(Entry { moved_ms, checked_ms, built_ms, step, report });

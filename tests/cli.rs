@@ -71,7 +71,7 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
         (&["cube.obj", "--optimizer", "lbfgs"], "lloyd"),
         (&["cube.obj", "--iterations", "-1"], "--iterations"),
         (&["cube.obj", "--tolerance", "nan"], "--tolerance"),
-        (&["cube.obj", "--update", "paper"], "bicell, check, rebuild"),
+        (&["cube.obj", "--update", "soon"], "bicell, paper, vertex, check, rebuild"),
         (&["cube.obj", "--threads", "0"], "--threads"),
         (&["cube.obj", "-q", "-v"], "--quiet"),
         (&["cube.obj", "-o", "mesh.stl"], ".vtu"),

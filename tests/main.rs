@@ -15,6 +15,12 @@ mod delaunay;
 // Moved triangulations against rebuilt ones.
 mod relocation;
 
+// The same by every method.
+mod updaters;
+
+// Points added and taken out, one by one.
+mod editing;
+
 // Exact shapes, and the files of `models/` made of them.
 mod shapes;
 

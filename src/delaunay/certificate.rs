@@ -192,3 +192,103 @@ fn orientation_certificate([a, b, c]: [[f64; 3]; 3], d: [f64; 3]) -> f64 {
     let normals = [vw, wu, uv, base].iter().map(|n| dot(*n, *n).sqrt()).sum::<f64>() + 100.0 * U * m;
     (sure / (normals + (12.5 * length * sure).sqrt())).min(length / 16.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delaunay::Delaunay;
+    use crate::geometry::predicates::{Sign, insphere, orient3d};
+    use crate::rng::Rng;
+
+    fn mesh_of(points: &[DVec3]) -> Mesh {
+        let delaunay = Delaunay::build(points).expect("these points have tets");
+        let mut mesh = Mesh { points: points.to_vec(), ..Mesh::default() };
+        mesh.vertices = delaunay.vertices().to_vec();
+        mesh.neighbors = delaunay.neighbors().to_vec();
+        mesh.inside = points.iter().sum::<DVec3>() / points.len() as f64;
+        mesh.derive();
+        mesh
+    }
+
+    fn point_sets() -> Vec<Vec<DVec3>> {
+        let mut rng = Rng::new(5, 0);
+        let mut point = || DVec3::new(rng.unit(), rng.unit(), rng.unit());
+        let uniform: Vec<DVec3> = (0..300).map(|_| point()).collect();
+        let grid = |n: i32| DVec3::new((n % 7) as f64, (n / 7 % 7) as f64, (n / 49) as f64) * 0.125;
+        let sets = [1e-1, 1e-3, 1e-6, 1e-10, 1e-13].map(|noise| (0..343).map(|n| grid(n) + point() * noise).collect());
+        [vec![uniform], sets.into()].concat()
+    }
+
+    /// Whether tet `t` is positive, and the facets that it answers for are Delaunay.
+    fn holds(mesh: &Mesh, t: u32, points: [DVec3; 8]) -> bool {
+        let [a, b, c, d, apexes @ ..] = points;
+        let (tet, across) = (mesh.vertices[t as usize], mesh.opposite[t as usize]);
+        let own = |i: &usize| !is_left_to_other(tet[*i], across[*i]);
+        if tet[3] == INFINITE {
+            let facet = |q: DVec3| orient3d(a, b, c, q) == Sign::Negative;
+            return facet(mesh.inside) && (0..3).filter(own).all(|i| facet(apexes[i]));
+        }
+        orient3d(a, b, c, d) == Sign::Positive
+            && (0..4).filter(own).all(|i| insphere(a, b, c, d, apexes[i]) == Sign::Negative)
+    }
+
+    #[test]
+    fn nothing_changes_within_a_certificate() {
+        let mut rng = Rng::new(9, 0);
+        let (mut certified, mut near) = (0, 0);
+        for points in point_sets() {
+            let mesh = mesh_of(&points);
+            let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+            let mut certificates = Vec::new();
+            certify(&mesh, &all, &mut certificates);
+            for (&t, &m) in all.iter().zip(&certificates).filter(|(_, m)| **m > 0.0) {
+                certified += 1;
+                let (tet, across) = (mesh.vertices[t as usize], mesh.opposite[t as usize]);
+                let at: [DVec3; 8] = std::array::from_fn(|i| {
+                    let v = if i < 4 { tet[i] } else { across[i - 4] };
+                    if v == INFINITE { DVec3::ZERO } else { mesh.at(v) }
+                });
+                assert!(holds(&mesh, t, at));
+                let moved =
+                    |by: f64, ways: &[DVec3; 8]| -> [DVec3; 8] { std::array::from_fn(|i| at[i] + ways[i] * by) };
+                let mut failed = false;
+                for round in 0..24 {
+                    // Random ways, and such as shrink or grow the tet against its apexes.
+                    let mut ways: [DVec3; 8] = std::array::from_fn(|_| {
+                        DVec3::new(rng.unit() - 0.5, rng.unit() - 0.5, rng.unit() - 0.5).normalize_or(DVec3::X)
+                    });
+                    if round % 2 == 0 && tet[3] != INFINITE {
+                        let [a, b, c, d] = [at[0], at[1], at[2], at[3]];
+                        let center = crate::geometry::tetrahedron::circumcenter(a, b, c, d);
+                        let sign = if round % 4 == 0 { 1.0 } else { -1.0 };
+                        for i in 0..8 {
+                            let away = (at[i] - center).normalize_or(DVec3::X) * if i < 4 { sign } else { -1.0 };
+                            ways[i] = (away + ways[i] * (0.05 * f64::from(round))).normalize_or(DVec3::X);
+                        }
+                    }
+                    let m = f64::from(m) * (1.0 - 1e-9);
+                    assert!(holds(&mesh, t, moved(m, &ways)), "tet {t}, certificate {m}, round {round}");
+                    failed |= !holds(&mesh, t, moved(30.0 * m, &ways));
+                }
+                near += usize::from(failed);
+            }
+        }
+        // They are not idle: most tets do change at a few times the distance.
+        assert!(certified > 5000 && 2 * near > certified, "{near} of {certified}");
+    }
+
+    #[test]
+    fn every_width_of_vectors_gives_the_same_certificates() {
+        for points in point_sets() {
+            let mesh = mesh_of(&points);
+            let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+            let mut expected = Vec::new();
+            certify(&mesh, &all, &mut expected);
+            let mut plain = vec![NONE; all.len()];
+            pulp::WithSimd::with_simd(Batch { mesh: &mesh, tets: &all, found: &mut plain }, pulp::Scalar::new());
+            for ((&t, expected), plain) in all.iter().zip(expected).zip(plain) {
+                assert!(mesh.vertices[t as usize][3] == INFINITE || expected == plain, "tet {t}: {expected} {plain}");
+            }
+        }
+    }
+}

@@ -7,6 +7,10 @@
 
 mod adjacency;
 
+mod bicell_filter;
+
+mod bicell_matrix;
+
 mod cavity;
 
 mod certificate;
@@ -14,6 +18,8 @@ mod certificate;
 mod check;
 
 mod detect;
+
+mod edit;
 
 mod error;
 
@@ -25,6 +31,8 @@ mod hull;
 
 mod insert;
 
+mod insert_vertex;
+
 mod locate;
 
 mod motion;
@@ -33,7 +41,11 @@ mod order;
 
 mod range;
 
+mod region;
+
 mod relocate;
+
+mod remove_vertex;
 
 mod repair;
 
@@ -41,7 +53,11 @@ mod schedule;
 
 mod tets;
 
+mod tolerance;
+
 mod updater;
+
+mod vertex_filter;
 
 use std::fmt;
 
@@ -61,6 +77,7 @@ pub struct Delaunay {
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
     motion: motion::Motion,
+    edits: edit::Edits,
 }
 
 impl Delaunay {
@@ -82,7 +99,8 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors, motion: motion::Motion::default() })
+        let (motion, edits) = Default::default();
+        Ok(Delaunay { points, scale, vertices, neighbors, motion, edits })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

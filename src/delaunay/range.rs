@@ -43,6 +43,16 @@ pub fn are_held_as_they_are(points: &[DVec3]) -> bool {
     fit && scale_for(reach) == 1.0
 }
 
+/// Whether a set that is held unscaled still is when this point comes in.
+pub fn may_join(p: DVec3) -> bool {
+    p.abs().max_element() <= COMFORT
+}
+
+/// Whether this point alone keeps a set of points that may join unscaled.
+pub fn holds_scale(p: DVec3) -> bool {
+    p.abs().max_element() >= 1.0 / COMFORT
+}
+
 /// Points as they are held: scaled and flushed.
 pub fn hold(points: &[DVec3]) -> (Vec<DVec3>, f64) {
     let reach = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::bicell_filter::BicellFilter;
+use super::vertex_filter::VertexFilter;
 use super::{Delaunay, DelaunayError, Relocation};
 
 /// How the triangulation follows the moving points. The result is the same, tet for tet; the time is not.
@@ -10,6 +12,12 @@ use super::{Delaunay, DelaunayError, Relocation};
 pub enum Method {
     /// All of the triangulation is tested and the little that has changed is mended, by flips.
     Bicell,
+    /// Bi-cells within a tolerance of what they were are passed over, others tested and flipped; all is built anew where
+    /// a tet is reversed (Zhou et al. 2010, as printed).
+    Paper,
+    /// Vertices within a tolerance of where they were are passed over, others moved in place or removed and inserted
+    /// (de Castro et al. 2009).
+    Vertex,
     /// As bicell, with the predicate on every bi-cell: no filter.
     Check,
     /// The triangulation is built anew each time.
@@ -18,12 +26,14 @@ pub enum Method {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Method; 3] = [Method::Bicell, Method::Check, Method::Rebuild];
+    pub const ALL: [Method; 5] = [Method::Bicell, Method::Paper, Method::Vertex, Method::Check, Method::Rebuild];
 
     /// Its name, as on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Method::Bicell => "bicell",
+            Method::Paper => "paper",
+            Method::Vertex => "vertex",
             Method::Check => "check",
             Method::Rebuild => "rebuild",
         }
@@ -31,26 +41,42 @@ impl Method {
 }
 
 /// A triangulation of moving points, and what its method keeps from one motion to the next.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Updater {
     delaunay: Delaunay,
     method: Method,
+    state: State,
+}
+
+/// What a method keeps from one motion to the next, beside what the triangulation does.
+#[derive(Clone)]
+enum State {
+    None,
+    Paper(BicellFilter),
+    Vertex(VertexFilter),
 }
 
 impl Updater {
     /// Follows the points of `delaunay` by `method`.
     pub fn new(delaunay: Delaunay, method: Method) -> Updater {
-        Updater { delaunay, method }
+        let state = match method {
+            Method::Paper => State::Paper(BicellFilter::default()),
+            Method::Vertex => State::Vertex(VertexFilter::default()),
+            Method::Bicell | Method::Check | Method::Rebuild => State::None,
+        };
+        Updater { delaunay, method, state }
     }
 
     /// Moves the points; the triangulation is then that of [`Delaunay::build`], tet for tet, if in another order.
     ///
     /// On an error nothing has changed.
     pub fn relocate(&mut self, new_positions: &[DVec3]) -> Result<Relocation, DelaunayError> {
-        match self.method {
-            Method::Bicell => self.delaunay.relocate(new_positions),
-            Method::Check => self.delaunay.relocate_unfiltered(new_positions),
-            Method::Rebuild => self.delaunay.rebuild(new_positions),
+        match &mut self.state {
+            State::Paper(filter) => filter.relocate(&mut self.delaunay, new_positions),
+            State::Vertex(filter) => filter.relocate(&mut self.delaunay, new_positions),
+            State::None if self.method == Method::Rebuild => self.delaunay.rebuild(new_positions),
+            State::None if self.method == Method::Check => self.delaunay.relocate_unfiltered(new_positions),
+            State::None => self.delaunay.relocate(new_positions),
         }
     }
 
