@@ -169,7 +169,10 @@ fn run(name: &str, points: Vec<DVec3>, next: &mut dyn FnMut(&Delaunay) -> Option
             if options.compare {
                 let built = sorted_tets(&built);
                 assert!(sorted_tets(&delaunay) == built, "iteration {n}: other tets than those of a new triangulation");
-                assert!(sorted_tets(&unfiltered) == built, "iteration {n}: other tets than those of a new triangulation");
+                assert!(
+                    sorted_tets(&unfiltered) == built,
+                    "iteration {n}: other tets than those of a new triangulation"
+                );
             }
         }
         log.push(Entry { moved_ms, checked_ms, built_ms, step, report });

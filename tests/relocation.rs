@@ -332,7 +332,10 @@ fn a_long_relaxation() {
     for step in 0..2000 {
         let to = smoothed(&delaunay, 0.5);
         let report = delaunay.relocate(&to).expect("these points have tets");
-        assert!(sorted_tets(&delaunay) == sorted_tets(&Delaunay::build(&to).expect("these points have tets")), "step {step}");
+        assert!(
+            sorted_tets(&delaunay) == sorted_tets(&Delaunay::build(&to).expect("these points have tets")),
+            "step {step}"
+        );
         assert!(!report.rebuilt || step < 20, "step {step}: {report:?}");
     }
 }
