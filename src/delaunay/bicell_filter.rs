@@ -15,6 +15,7 @@
 //! nothing, are cause to build anew. Infinite tets are oriented too, as seen from inside, and the hull must cover each
 //! direction once (`hull.rs`): else a motion that turns it over would not be found out.
 
+use std::fmt;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -277,6 +278,12 @@ fn count_reversed(mesh: &mut Mesh, report: &mut Relocation) -> bool {
         }
     }
     report.reversed == 0 && covered && mesh.fills_space_once(&infinite)
+}
+
+impl fmt::Debug for BicellFilter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "BicellFilter {{ {} bi-cells }}", self.bicells.len())
+    }
 }
 
 /// Seconds since the last lap.

@@ -34,8 +34,8 @@ pub fn of_plane([a, b, c]: [DVec3; 3]) -> Rows {
 
 /// The norm of the difference.
 pub fn distance(a: &Rows, b: &Rows) -> f64 {
-    let row = |r: usize| (0..4).map(|c| (a[r][c] - b[r][c]).abs()).sum::<f64>();
-    row(0).max(row(1)).max(row(2)).max(row(3))
+    let entry = |r: usize, c: usize| (a[r][c] - b[r][c]).abs();
+    largest([0, 1, 2, 3].map(|r| (entry(r, 0) + entry(r, 1)) + (entry(r, 2) + entry(r, 3))))
 }
 
 /// ω, rounded down; zero if the determinant may be.
@@ -46,34 +46,41 @@ pub fn tolerance(m: &Rows) -> f64 {
     if !(least > TINY) {
         return 0.0;
     }
-    let row = |r: usize| (0..4).map(|c| adjugate[r][c].abs() + ROUNDING * adjugate_size[r][c]).sum::<f64>();
-    let inverse = row(0).max(row(1)).max(row(2)).max(row(3)) / least;
+    let entry = |r: usize, c: usize| adjugate[r][c].abs() + ROUNDING * adjugate_size[r][c];
+    let sizes = [0, 1, 2, 3].map(|r| (entry(r, 0) + entry(r, 1)) + (entry(r, 2) + entry(r, 3)));
+    let inverse = largest(sizes) / least;
     let omega = 1.0 / inverse - 2.0 * ROUNDING * distance(m, &[[0.0; 4]; 4]);
     (omega * (1.0 - 1e-12)).max(0.0)
 }
 
+/// Without the rules of `f64::max` for NaN, which cost time.
+fn largest([a, b, c, d]: [f64; 4]) -> f64 {
+    let larger = |x: f64, y: f64| if x > y { x } else { y };
+    larger(larger(a, b), larger(c, d))
+}
+
 /// The adjugate, up to signs, and the determinant. With a sum in place of each difference, and absolute values, the sums of the
 /// absolute values of all products.
+#[inline(always)]
 fn adjugate(m: &Rows, minus: impl Fn(f64, f64) -> f64) -> (Rows, f64) {
     // Minors of the upper and of the lower two rows, by pair of columns.
     let minor = |r: usize, i: usize, j: usize| minus(m[r][i] * m[r + 1][j], m[r + 1][i] * m[r][j]);
-    const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
-    let upper = PAIRS.map(|(i, j)| minor(0, i, j));
-    let lower = PAIRS.map(|(i, j)| minor(2, i, j));
+    let minors =
+        |r: usize| [minor(r, 0, 1), minor(r, 0, 2), minor(r, 0, 3), minor(r, 1, 2), minor(r, 1, 3), minor(r, 2, 3)];
+    let (upper, lower) = (minors(0), minors(2));
     let det = minus(upper[0] * lower[5], upper[1] * lower[4])
         + upper[2] * lower[3]
         + minus(upper[3] * lower[2], upper[4] * lower[1])
         + upper[5] * lower[0];
-    // Row c of the adjugate lacks column c: of the three columns left, each in turn is taken from one row.
-    const LEFT: [[(usize, usize); 3]; 4] =
-        [[(1, 5), (2, 4), (3, 3)], [(0, 5), (2, 2), (3, 1)], [(0, 4), (1, 2), (3, 0)], [(0, 3), (1, 1), (2, 0)]];
-    let entry = |c: usize, r: usize| {
-        // Column r of the adjugate lacks row r: its partner remains, and both rows of the other half.
-        let (partner, minors) = if r < 2 { (1 - r, &lower) } else { (5 - r, &upper) };
-        let [x, y, z] = LEFT[c].map(|(column, pair)| m[partner][column] * minors[pair]);
-        minus(x, y) + z
+    // Row c of the adjugate lacks column c: each of the three left in turn is that of the entry, the minor those of the others.
+    // Its column r lacks row r: the entry is from the row beside r, the minor from the other half.
+    let row = |[i, j, k]: [usize; 3], [p, q, r]: [usize; 3]| {
+        let entry = |n: usize, half: &[f64; 6]| minus(m[n][i] * half[p], m[n][j] * half[q]) + m[n][k] * half[r];
+        [entry(1, &lower), entry(0, &lower), entry(3, &upper), entry(2, &upper)]
     };
-    (std::array::from_fn(|c| std::array::from_fn(|r| entry(c, r))), det)
+    let adjugate =
+        [row([1, 2, 3], [5, 4, 3]), row([0, 2, 3], [5, 2, 1]), row([0, 1, 3], [4, 2, 0]), row([0, 1, 2], [3, 1, 0])];
+    (adjugate, det)
 }
 
 #[cfg(test)]

@@ -53,7 +53,8 @@ impl Quad {
         let det = u.dot(cross[0]);
         let longest2 = edges.iter().fold(0.0, |m: f64, e| m.max(e.length2));
         let certain = det * det * SHARPNESS2 > longest2 * longest2 * longest2 && longest2 > TINY;
-        Quad { origin: o, gradients: cross.map(|c| c / det), certain, edges }
+        let scale = 1.0 / det;
+        Quad { origin: o, gradients: cross.map(|c| c * scale), certain, edges }
     }
 
     /// How far the four may move before they can lie on a plane.
@@ -72,7 +73,7 @@ impl Quad {
         let [a, b, c] = self.edges;
         let (center, radius2) = sphere(self.origin, a, b, c);
         let inverse = self.gradients.iter().map(|g| g.length_squared()).sum::<f64>().sqrt();
-        Sphere { quad: self, center, radius2, inverse }
+        Sphere { quad: self, center, radius2, radius: radius2.sqrt(), inverse }
     }
 }
 
@@ -81,6 +82,7 @@ pub struct Sphere<'a> {
     quad: &'a Quad,
     center: DVec3,
     radius2: f64,
+    radius: f64,
     /// K.
     inverse: f64,
 }
@@ -102,7 +104,7 @@ impl Sphere<'_> {
         let shares = self.quad.gradients.map(|g| g.dot(to));
         let rest = 1.0 - (shares[0] + shares[1] + shares[2]);
         let sum = 1.0 + shares.iter().fold(rest.abs(), |s, l| s + l.abs()) + SLACK * to.length() * self.inverse;
-        let radius = self.radius2.sqrt();
+        let radius = self.radius;
         // t = steepness * e.
         let steepness = 2.0 * 3f64.sqrt() * self.inverse;
         let at_most = (power / (2.0 * radius * sum)).min(0.5 / steepness);

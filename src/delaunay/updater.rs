@@ -41,7 +41,7 @@ impl Method {
 }
 
 /// A triangulation of moving points, and what its method keeps from one motion to the next.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Updater {
     delaunay: Delaunay,
     method: Method,
@@ -49,7 +49,7 @@ pub struct Updater {
 }
 
 /// What a method keeps from one motion to the next, beside what the triangulation does.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 enum State {
     None,
     Paper(BicellFilter),

@@ -13,12 +13,13 @@
 //! 3. The bi-cells that are new or whose vertex moved give tolerances anew: its own is their least, and others may fall.
 //!    What is then out of its tolerance joins the queue. Until the queue is empty.
 //!
-//! Where too many fail for that to be worth it, all is built anew, as the paper does in the first iterations; and where points
-//! meet references of others on the way. A tie has no tolerance: who is part of one and moves is relocated.
+//! Where too many fail for that to be worth it, all is built anew, as the paper does in the first iterations (if most fail,
+//! without a filter for the next few motions); and where points meet references of others on the way. A tie has no tolerance: who is part of one and moves is relocated.
 //!
 //! Departures: the tolerance of a bi-cell; a vertex of the hull is never moved in place; a vertex that is relocated does
 //! not raise the tolerances of others, which costs them a look later on.
 
+use std::fmt;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -33,10 +34,16 @@ use super::{Delaunay, DelaunayError};
 use crate::geometry::predicates::Sign;
 
 /// With more than one vertex in so many to be relocated, building anew is faster.
-const VERTICES_PER_RELOCATION: usize = 4;
+const VERTICES_PER_RELOCATION: usize = 5;
 
 /// So many vertices are relocated in any case.
 const FEW: usize = 64;
+
+/// As long as more than one vertex in so many fails, the filter is tried less and less often.
+const VERTICES_PER_FAILURE: usize = 2;
+
+/// The most motions in a row without a filter.
+const LONGEST_PAUSE: u32 = 8;
 
 /// What the filter keeps from one motion to the next.
 #[derive(Clone, Default)]
@@ -53,6 +60,9 @@ pub struct VertexFilter {
     /// Tets with bi-cells that are new.
     fresh: Vec<u32>,
     marks: Marks,
+    /// Motions that are to go without a filter, and how many at a time.
+    pause: u32,
+    pauses: u32,
 }
 
 impl VertexFilter {
@@ -61,6 +71,12 @@ impl VertexFilter {
         let (points, scale) = delaunay.held(new_positions)?;
         let mut report = Relocation::default();
         let mut clock = Instant::now();
+        if self.pause > 0 {
+            delaunay.build_anew(points, scale, &mut report)?;
+            self.pause -= 1;
+            self.references.clear();
+            return Ok(report);
+        }
         if self.references.is_empty() {
             self.renew_all(delaunay);
             report.seconds.renewal = lap(&mut clock);
@@ -75,9 +91,16 @@ impl VertexFilter {
             }
         }
         delaunay.build_anew(points, scale, &mut report)?;
-        let mut clock = Instant::now();
-        self.renew_all(delaunay);
-        report.seconds.renewal += lap(&mut clock);
+        if report.vertices_failed * VERTICES_PER_FAILURE > self.references.len() {
+            self.pauses = (2 * self.pauses).clamp(1, LONGEST_PAUSE);
+            self.pause = self.pauses;
+            self.references.clear();
+        } else {
+            self.pauses = 0;
+            let mut clock = Instant::now();
+            self.renew_all(delaunay);
+            report.seconds.renewal += lap(&mut clock);
+        }
         Ok(report)
     }
 
@@ -275,6 +298,12 @@ fn each_tolerance(mesh: &Mesh, t: u32, wanted: [bool; 4], tell: &mut impl FnMut(
             let tolerance = sphere.of(mesh.at(q));
             tet.into_iter().chain([q]).for_each(|w| tell(w, tolerance));
         }
+    }
+}
+
+impl fmt::Debug for VertexFilter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "VertexFilter {{ {} vertices }}", self.references.len())
     }
 }
 
