@@ -202,7 +202,8 @@ mod tests {
 
     fn mesh_of(points: &[DVec3]) -> Mesh {
         let delaunay = Delaunay::build(points).expect("these points have tets");
-        let mut mesh = Mesh { points: points.to_vec(), ..Mesh::default() };
+        let mut mesh = Mesh::default();
+        mesh.points = points.to_vec();
         mesh.vertices = delaunay.vertices().to_vec();
         mesh.neighbors = delaunay.neighbors().to_vec();
         mesh.inside = points.iter().sum::<DVec3>() / points.len() as f64;

@@ -101,6 +101,7 @@ impl Motion {
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
         let longest = self.take(old, new);
+        report.all_tets = self.mesh.vertices.len();
         if !self.ready {
             if self.is_too_rough() {
                 report.seconds.filter = lap();
@@ -166,7 +167,6 @@ impl Motion {
         report: &mut Relocation,
     ) -> Result<(Vec<u32>, Guard), GivenUp> {
         let count = self.mesh.vertices.len();
-        report.all_tets = count;
         let guard = self.mesh.guard(old, longest);
         if guard != Guard::Kept {
             // Certificates of the hull are for a point inside that is no longer the one.
