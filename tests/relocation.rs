@@ -258,6 +258,87 @@ fn the_number_of_threads_does_not_matter() {
     assert!(one.iter().any(|step| step.2.flips > 0 && !step.2.rebuilt));
 }
 
+/// Checks the tets, and now and then that they are those of a new triangulation.
+fn follow_long(delaunay: &mut Delaunay, to: &[DVec3], step: usize, what: &str) -> Relocation {
+    if step.is_multiple_of(16) {
+        return follow(delaunay, to, what).expect("these points have tets");
+    }
+    let report = delaunay.relocate(to).expect("these points have tets");
+    if step.is_multiple_of(3) {
+        delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
+    }
+    report
+}
+
+/// Many small steps, so that certificates last; with pauses, bursts, leaps of a few, and stretches on a grid.
+#[test]
+fn certificates_last_for_as_long_as_they_say() {
+    for (kind, mut points) in [
+        ("uniform", uniform(1000, 200)),
+        ("lattice", jittered_lattice(1000, 1e-3, 201)),
+        ("exact lattice", jittered_lattice(1000, 0.0, 202)),
+        ("layers", layers(1000, 5, 203)),
+    ] {
+        let h = (points.len() as f64).cbrt().recip();
+        let mut delaunay = Delaunay::build(&points).expect("these points have tets");
+        let mut rng = Rng(204);
+        // Steps are not all random: what drifts reaches the limits that what trembles never does.
+        let drift: Vec<DVec3> = points.iter().map(|_| rng.point()).collect();
+        let (mut spared, mut flips) = (0, 0);
+        for step in 0..400 {
+            let size = h * [1e-4, 3e-4, 1e-3, 1e-5][step / 25 % 4];
+            let what = format!("{kind}, step {step}");
+            for (i, p) in points.iter_mut().enumerate() {
+                match step % 50 {
+                    40 => *p = (*p * 4096.0).round() / 4096.0,
+                    41 => {}
+                    42 if i % 311 == step / 50 => *p = rng.point(),
+                    43 if i / 40 == step / 50 => *p += rng.point() * (0.2 * h),
+                    44 if i % 2 == 0 => {}
+                    _ => *p += drift[i] * size + rng.point() * (0.3 * size),
+                }
+            }
+            let report = follow_long(&mut delaunay, &points, step, &what);
+            spared += usize::from(report.tets * 4 < report.all_tets);
+            flips += report.flips;
+        }
+        assert!(flips > 0, "{kind}: nothing changed");
+        assert!(spared > 100 || kind != "uniform", "{kind}: certificates were of use in {spared} steps");
+    }
+}
+
+#[test]
+fn with_and_without_certificates_alike() {
+    let mut certified = Delaunay::build(&uniform(4000, 210)).expect("these points have tets");
+    let mut unfiltered = certified.clone();
+    let mut spared = 0;
+    for step in 0..150 {
+        let to = smoothed(&certified, if step < 60 { 0.5 } else { 0.001 });
+        let report = certified.relocate(&to).expect("these points have tets");
+        let all = unfiltered.relocate_unfiltered(&to).expect("these points have tets");
+        assert!(sorted_tets(&certified) == sorted_tets(&unfiltered), "step {step}");
+        assert!(all.tets == all.all_tets || all.rebuilt, "step {step}: {all:?}");
+        spared += usize::from(report.tets < report.all_tets / 4);
+    }
+    assert!(spared > 50, "{spared}");
+}
+
+/// As long as a long run: 20,000 points, 2,000 smoothing steps, compared with a new triangulation after each.
+#[test]
+#[ignore = "takes minutes"]
+fn a_long_relaxation() {
+    let mut delaunay = Delaunay::build(&uniform(20_000, 220)).expect("these points have tets");
+    for step in 0..2000 {
+        let to = smoothed(&delaunay, 0.5);
+        let report = delaunay.relocate(&to).expect("these points have tets");
+        assert!(
+            sorted_tets(&delaunay) == sorted_tets(&Delaunay::build(&to).expect("these points have tets")),
+            "step {step}"
+        );
+        assert!(!report.rebuilt || step < 20, "step {step}: {report:?}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 250, ..ProptestConfig::default() })]
 

@@ -33,6 +33,8 @@ pub struct Mesh {
     pub points: Vec<DVec3>,
     /// A point inside the hull: an infinite tet is the part of space that its facet hides from there.
     pub inside: DVec3,
+    /// No point of the hull is nearer to `inside` than this, which is zero where it is not known.
+    pub room: f64,
     /// Dead tets.
     pub free: Vec<u32>,
     /// What was overwritten, to be read backwards.
@@ -61,6 +63,13 @@ impl Mesh {
         self.journal.clear();
         self.free.clear();
         self.before = self.vertices.len();
+    }
+
+    /// The tets written to since [`Mesh::begin`] that there still are, some more than once.
+    pub fn written(&self) -> impl Iterator<Item = u32> + '_ {
+        let count = self.vertices.len();
+        let old = self.journal.iter().map(|entry| entry.0).filter(move |&t| (t as usize) < count);
+        old.chain((self.before..count.max(self.before)).map(|t| t as u32))
     }
 
     /// Takes back all changes to tets since [`Mesh::begin`].

@@ -13,6 +13,8 @@ mod bicell_matrix;
 
 mod cavity;
 
+mod certificate;
+
 mod check;
 
 mod detect;
@@ -33,6 +35,8 @@ mod insert_vertex;
 
 mod locate;
 
+mod motion;
+
 mod order;
 
 mod range;
@@ -44,6 +48,8 @@ mod relocate;
 mod remove_vertex;
 
 mod repair;
+
+mod schedule;
 
 mod tets;
 
@@ -70,7 +76,7 @@ pub struct Delaunay {
     scale: f64,
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
-    motion: relocate::Motion,
+    motion: motion::Motion,
     edits: edit::Edits,
 }
 

@@ -60,12 +60,25 @@ pub struct Lists {
 impl Lists {
     /// Makes ready for the next repair of `tets` tets.
     pub fn clear(&mut self, tets: usize) {
-        self.queue.clear();
-        self.queued.clear();
+        self.forget();
         self.queued.resize(tets, false);
+        self.begin();
+    }
+
+    /// Makes ready for the next repair, after one that came to its end.
+    pub fn begin(&mut self) {
+        if !self.queue.is_empty() {
+            self.forget();
+        }
         self.stuck.clear();
         self.held.clear();
         self.made.clear();
+    }
+
+    /// Makes ready for the next repair, after one that did not.
+    pub fn forget(&mut self) {
+        self.queue.clear();
+        self.queued.clear();
     }
 
     /// Queues a tet.

@@ -75,6 +75,7 @@ impl Updater {
             State::Paper(filter) => filter.relocate(&mut self.delaunay, new_positions),
             State::Vertex(filter) => filter.relocate(&mut self.delaunay, new_positions),
             State::None if self.method == Method::Rebuild => self.delaunay.rebuild(new_positions),
+            State::None if self.method == Method::Check => self.delaunay.relocate_unfiltered(new_positions),
             State::None => self.delaunay.relocate(new_positions),
         }
     }
