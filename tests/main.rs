@@ -27,6 +27,15 @@ mod shapes;
 // Reading and checking surfaces.
 mod surface;
 
+// Every format that is read.
+mod input_formats;
+
+// Scenes of glTF.
+mod gltf;
+
+// Self-crossings, and what is mended on request.
+mod defects;
+
 // Inside tests, closest points, boxes and rays against brute force.
 mod box_tree;
 
@@ -39,8 +48,8 @@ mod seeds;
 // Moments of clipped cells against closed forms and Monte Carlo.
 mod clipped_voronoi;
 
-// Energy, determinism.
-mod lloyd;
+// Energy, kinds of seeds, determinism, stopping.
+mod relax;
 
 // Creases in the mesh.
 mod creases;
@@ -62,6 +71,10 @@ mod cli;
 #[cfg(all(unix, feature = "cli"))]
 mod cli_unix;
 
+// The binary on surfaces of every kind, and on files of other programs.
+#[cfg(feature = "cli")]
+mod cli_input;
+
 // What a run says of its mesh.
 mod report;
 
@@ -69,6 +82,15 @@ mod report;
 #[cfg(feature = "cli")]
 mod output;
 
+// The other formats, curved tets and Voronoi cells, each read back by the programs that they are for.
+#[cfg(feature = "cli")]
+mod output_formats;
+
+// One mesh at any scale and offset.
+mod scale;
+
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;
+
+mod trajectories;

@@ -44,7 +44,7 @@ struct Bicell {
     facet: Facet,
     /// Reference positions, relative to the first vertex.
     reference: [DVec3; 4],
-    /// ω; NaN for a bi-cell that is no more.
+    /// ω; infinite for a bi-cell that is no more.
     omega: f64,
 }
 
@@ -123,8 +123,7 @@ impl BicellFilter {
         for (n, bicell) in self.bicells.iter().enumerate() {
             let now = bicell.matrix(&bicell.relative(&mesh.points));
             let then = bicell.matrix(&bicell.reference);
-            // Free numbers have no ω to be within.
-            if !(distance(&now, &then) < bicell.omega) && !bicell.omega.is_nan() {
+            if distance(&now, &then) >= bicell.omega {
                 self.failed.push(n as u32);
             }
         }
@@ -205,7 +204,7 @@ impl BicellFilter {
             let Some(own) = self.of.get_mut(t as usize) else { continue };
             for n in std::mem::replace(own, [NONE; 4]) {
                 let omega = &mut self.bicells[n as usize].omega;
-                if !std::mem::replace(omega, f64::NAN).is_nan() {
+                if std::mem::replace(omega, f64::INFINITY).is_finite() {
                     self.free.push(n);
                 }
             }

@@ -1,6 +1,6 @@
 //! The matrix of a bi-cell, and how far it may change before its determinant can.
 //!
-//! M. Zhou et al. 2010 (`bicell_filter.rs`): while ‖ΔM‖ < ω = 1/‖M⁻¹‖, M + ΔM = M (1 + M⁻¹ ΔM) is regular, so the sign of its
+//! Zhou et al. 2010 (`bicell_filter.rs`): while ‖ΔM‖ < ω = 1/‖M⁻¹‖, M + ΔM = M (1 + M⁻¹ ΔM) is regular, so the sign of its
 //! determinant has not changed. The norm is the ∞-norm: the largest sum of absolute values in a row.
 //!
 //! Two tets: rows (x, y, z, x² + y² + z², 1), translated so that the first point is the origin; its row and the column of
@@ -43,7 +43,7 @@ pub fn tolerance(m: &Rows) -> f64 {
     let (adjugate, det) = adjugate(m, |x, y| x - y);
     let (adjugate_size, det_size) = self::adjugate(&m.map(|row| row.map(f64::abs)), |x, y| x + y);
     let least = det.abs() - ROUNDING * det_size;
-    if !(least > TINY) {
+    if least <= TINY {
         return 0.0;
     }
     let entry = |r: usize, c: usize| adjugate[r][c].abs() + ROUNDING * adjugate_size[r][c];
@@ -94,10 +94,10 @@ mod tests {
         for _ in 0..100 {
             let m: Rows = std::array::from_fn(|_| std::array::from_fn(|_| rng.signed()));
             let (adjugate, det) = adjugate(&m, |x, y| x - y);
-            for i in 0..4 {
-                for j in 0..4 {
-                    let sign = |k: usize| if (i + k) % 2 == 0 { 1.0 } else { -1.0 };
-                    let sum: f64 = (0..4).map(|k| sign(k) * adjugate[i][k] * m[k][j]).sum();
+            for (i, row) in adjugate.iter().enumerate() {
+                let signed = |k: usize| if (i + k).is_multiple_of(2) { row[k] } else { -row[k] };
+                let product: [f64; 4] = std::array::from_fn(|j| (0..4).map(|k| signed(k) * m[k][j]).sum());
+                for (j, sum) in product.into_iter().enumerate() {
                     let expected = if i == j { det } else { 0.0 };
                     assert!((sum - expected).abs() < 1e-13, "{i} {j}: {sum} {expected}");
                 }
@@ -131,7 +131,7 @@ mod tests {
             let worst = (0..4).max_by(|&a, &b| size(a).total_cmp(&size(b))).expect("four rows");
             let mut moved = m;
             for (k, row) in moved.iter_mut().enumerate() {
-                let sign = if (worst + k) % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if (worst + k).is_multiple_of(2) { 1.0 } else { -1.0 };
                 row[worst] -= 1.001 * omega * (sign * adjugate[worst][k] / det_m).signum();
             }
             assert_ne!(det(&moved).signum(), sign);

@@ -102,9 +102,9 @@ fn fill(few: &Construction, around: &[u32], mut link: Vec<Turn>, new: &mut Vec<[
     let mut found = 0;
     for (t, tet) in few.tets.iter().enumerate().filter(|(_, tet)| !tet.is_dead()) {
         let vertices = tet.vertices.map(here);
-        for i in 0..4 {
+        for (i, closed) in closed[t].iter_mut().enumerate() {
             if link.binary_search(&facet(vertices, i)).is_ok() {
-                closed[t][i] = true;
+                *closed = true;
                 found += 1;
                 if !std::mem::replace(&mut inside[t], true) {
                     stack.push(t);
@@ -115,9 +115,9 @@ fn fill(few: &Construction, around: &[u32], mut link: Vec<Turn>, new: &mut Vec<[
     assert_eq!(found, link.len(), "the link is among its own Delaunay facets: this is a bug in tetcvt");
     while let Some(t) = stack.pop() {
         new.push(few.tets[t].vertices.map(here));
-        for i in 0..4 {
-            let next = few.tets[t].mirrors[i].tet() as usize;
-            if !closed[t][i] && !std::mem::replace(&mut inside[next], true) {
+        for (mirror, closed) in few.tets[t].mirrors.iter().zip(closed[t]) {
+            let next = mirror.tet() as usize;
+            if !closed && !std::mem::replace(&mut inside[next], true) {
                 stack.push(next);
             }
         }

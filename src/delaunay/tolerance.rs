@@ -151,7 +151,7 @@ mod tests {
                 p[4] = center + (p[4] - center).normalize() * radius2.sqrt() * (1.0 + 0.01 * rng.unit());
             }
             let inside = |p: &[DVec3]| insphere(p[0], p[1], p[2], p[3], p[4]);
-            if !(radius2 < 10.0) || inside(&p) != Sign::Negative {
+            if radius2.is_nan() || radius2 > 10.0 || inside(&p) != Sign::Negative {
                 continue;
             }
             tried += 1;
