@@ -248,8 +248,8 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
         ("/memory", "peak_bytes"),
         (
             "/iterations/0",
-            "move energy max_move evaluations update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
-             reversed held_back rebuilt",
+            "move energy max_move evaluations update_s centroids_s tets bicells vertices_failed bicells_failed \
+             predicates flips reversed held_back rebuilt",
         ),
     ];
     for (place, names) in keys {
