@@ -54,7 +54,7 @@ fn small(folder: &Path, more: &[&str]) -> Run {
 #[test]
 fn wrong_usage_ends_with_status_2_and_says_why() {
     let folder = folder_with_cube();
-    let cases: [(&[&str], &str); 24] = [
+    let cases: [(&[&str], &str); 25] = [
         (&[], "<SURFACE>"),
         (&["cube.obj", "other.obj"], "other.obj"),
         (&["cube.obj", "--seeds", "3"], "--seeds"),
@@ -68,15 +68,16 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
         (&["cube.obj", "--boundary", "soft"], "conform"),
         (&["cube.obj", "--feature-angle", "181"], "--feature-angle"),
         (&["cube.obj", "--start", "grid"], "bcc"),
-        (&["cube.obj", "--optimizer", "lbfgs"], "lloyd"),
+        (&["cube.obj", "--optimizer", "newton"], "lbfgs, nesterov, lloyd"),
+        (&["cube.obj", "--time-limit", "-1"], "--time-limit"),
         (&["cube.obj", "--iterations", "-1"], "--iterations"),
         (&["cube.obj", "--tolerance", "nan"], "--tolerance"),
-        (&["cube.obj", "--update", "paper"], "bicell, rebuild"),
+        (&["cube.obj", "--update", "soon"], "bicell, paper, vertex, check, rebuild"),
         (&["cube.obj", "--threads", "0"], "--threads"),
         (&["cube.obj", "-q", "-v"], "--quiet"),
         (&["cube.obj", "-o", "mesh.stl"], ".vtu"),
         (&["cube.obj", "-o", "mesh"], ".vtu"),
-        (&["cube.obj", "--surface", "surface.ply"], ".vtp"),
+        (&["cube.obj", "--surface", "surface.vtu"], ".vtp"),
         (&["cube.obj", "--trajectory", "t.csv"], ".npy"),
         (&["cube.obj", "--delaunay", "d.vtk"], ".vtu"),
     ];
@@ -92,7 +93,7 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
 #[test]
 fn options_of_later_versions_are_not_accepted() {
     let folder = folder_with_cube();
-    for option in ["--voronoi=v.vtu", "--min-dihedral=30", "--no-improve", "--time-limit=3"] {
+    for option in ["--min-dihedral=30", "--no-improve", "--time-limit=3"] {
         let run = run(folder.path(), &["cube.obj", option]);
         assert_eq!(run.status, Some(2), "{option}");
         assert!(run.stderr.contains("unexpected argument"), "{}", run.stderr);
@@ -235,8 +236,8 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
     let run = small(folder.path(), &["--json", "-", "--tolerance", "0"]);
     assert_eq!(run.status, Some(0), "{}", run.stderr);
     let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-    let keys: [(&str, &str); 6] = [
-        ("", "tetcvt command input mesh time memory iterations stopped notes"),
+    let keys: [(&str, &str); 7] = [
+        ("", "tetcvt command input mesh time update memory iterations stopped notes"),
         ("/input", "file vertices triangles components genus volume area diagonal"),
         (
             "/mesh",
@@ -244,10 +245,11 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
              hausdorff rms_distance min_dihedral max_dihedral mean_min_dihedral mean_radius_ratio dihedral_histogram",
         ),
         ("/time", "total read check seeds build update centroids extract improve measure write"),
+        ("/update", "filter predicate flips repair renewal build"),
         ("/memory", "peak_bytes"),
         (
             "/iterations/0",
-            "energy max_move update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
+            "move energy max_move evaluations update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
              reversed held_back rebuilt",
         ),
     ];

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use tetcvt::io::read::{Soup, parse};
 
-use crate::formats::files::{Grouped, container, gltf_beside};
+use crate::input_formats::files::{Grouped, container, gltf_beside};
 use crate::shapes::Shape;
 
 /// A document with these nodes, of which the first is the scene, over one mesh of one primitive.

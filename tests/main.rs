@@ -15,6 +15,12 @@ mod delaunay;
 // Moved triangulations against rebuilt ones.
 mod relocation;
 
+// The same by every method.
+mod updaters;
+
+// Points added and taken out, one by one.
+mod editing;
+
 // Exact shapes, and the files of `models/` made of them.
 mod shapes;
 
@@ -22,7 +28,7 @@ mod shapes;
 mod surface;
 
 // Every format that is read.
-mod formats;
+mod input_formats;
 
 // Scenes of glTF.
 mod gltf;
@@ -42,8 +48,8 @@ mod seeds;
 // Moments of clipped cells against closed forms and Monte Carlo.
 mod clipped_voronoi;
 
-// Energy, determinism.
-mod lloyd;
+// Energy, kinds of seeds, determinism, stopping.
+mod relax;
 
 // Creases in the mesh.
 mod creases;
@@ -76,6 +82,15 @@ mod report;
 #[cfg(feature = "cli")]
 mod output;
 
+// The other formats, curved tets and Voronoi cells, each read back by the programs that they are for.
+#[cfg(feature = "cli")]
+mod output_formats;
+
+// One mesh at any scale and offset.
+mod scale;
+
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;
+
+mod trajectories;

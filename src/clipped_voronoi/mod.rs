@@ -31,11 +31,14 @@ mod expansion;
 
 mod polygon;
 
+pub mod polyhedra;
+
 mod surface_pieces;
 
 mod voronoi_edges;
 
 pub use cell::Cell;
+pub use polyhedra::Polyhedra;
 
 use voronoi_edges::Crossings;
 

@@ -122,15 +122,16 @@ fn in_order(seeds: [u32; 2], points: &[DVec3]) -> [DVec3; 2] {
     if a < b { [points[a as usize], points[b as usize]] } else { [points[b as usize], points[a as usize]] }
 }
 
-/// Where the segment from `u` to `v` meets the bisector of two seeds.
-fn on_edge(u: DVec3, v: DVec3, [i, j]: [DVec3; 2]) -> DVec3 {
+/// Where the segment from `u` to `v` meets the bisector of two seeds, lower index first; `u` is the surface's vertex with the
+/// lower index.
+pub(super) fn on_edge(u: DVec3, v: DVec3, [i, j]: [DVec3; 2]) -> DVec3 {
     let view = View { corners: [u, v, v], seed: i };
     let t = view.place_on_edge(&view.bisector(0, j));
     u + (v - u) * t
 }
 
-/// Where the bisectors of three seeds meet on the triangle with these corners.
-fn within(corners: [DVec3; 3], [i, j, k]: [DVec3; 3]) -> DVec3 {
+/// Where the bisectors of three seeds, ascending, meet on the triangle with these corners.
+pub(super) fn within(corners: [DVec3; 3], [i, j, k]: [DVec3; 3]) -> DVec3 {
     let view = View { corners, seed: i };
     let [_, b, c] = view.place_within(&view.bisector(0, j), &view.bisector(0, k));
     corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c

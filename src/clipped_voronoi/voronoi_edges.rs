@@ -37,7 +37,7 @@ impl<'a> Crossings<'a> {
 
     /// The crossings of the Voronoi edge dual to the facet (p, q, r), and whether (p, q, r) is an even permutation of
     /// the ascending order that their `leaves` speaks of.
-    fn of(&self, [p, q, r]: [u32; 3]) -> (&'a [Crossing], bool) {
+    pub(super) fn of(&self, [p, q, r]: [u32; 3]) -> (&'a [Crossing], bool) {
         let mut facet = [p, q, r];
         let least = p.min(q).min(r) as usize;
         let own = &self.all[self.first[least] as usize..self.first[least + 1] as usize];

@@ -4,10 +4,15 @@ pub mod atomic;
 
 pub mod defects;
 
+pub mod format;
+
 pub mod npy;
 
 pub mod read;
 
 pub mod vtk;
 
+mod write;
+
 pub use read::{load as load_surface, read as read_surface};
+pub use write::{MeshData, write_mesh, write_surface};

@@ -11,6 +11,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::geometry::polygon;
 use crate::surface::defects::{Defect, Marks};
 use crate::surface::{Mending, Surface, note_count};
 
@@ -21,8 +22,6 @@ mod obj;
 mod off;
 
 mod ply;
-
-mod polygon;
 
 mod stl;
 
