@@ -44,8 +44,7 @@ pub(super) struct Options {
     #[arg(value_name = "SURFACE")]
     surface: PathBuf,
 
-    /// Mend what hardly changes the shape: weld edges that nearly meet, fill small flat holes, drop duplicate faces and
-    /// hanging sheets, move apart what touches
+    /// Mend small holes and gaps, duplicate faces, hanging sheets, parts that touch
     #[arg(long, help_heading = "Surface")]
     repair: bool,
 

@@ -174,17 +174,17 @@ fn vtk_text(g: &Grouped) -> Vec<u8> {
 fn vtk_binary(g: &Grouped) -> Vec<u8> {
     let (points, faces) = (&g.shape.points, &g.shape.faces);
     let mut bytes = b"# vtk DataFile Version 3.0\na title\nBINARY\nDATASET POLYDATA\n".to_vec();
-    write!(bytes, "POINTS {} double\n", points.len()).expect("a vector");
+    writeln!(bytes, "POINTS {} double", points.len()).expect("a vector");
     points.iter().for_each(|p| p.to_array().iter().for_each(|x| bytes.extend(x.to_be_bytes())));
     let size: usize = faces.iter().map(|f| f.len() + 1).sum();
-    write!(bytes, "\nPOLYGONS {} {size}\n", faces.len()).expect("a vector");
+    writeln!(bytes, "\nPOLYGONS {} {size}", faces.len()).expect("a vector");
     for f in faces {
         bytes.extend((f.len() as i32).to_be_bytes());
         f.iter().for_each(|&v| bytes.extend((v as i32).to_be_bytes()));
     }
-    write!(bytes, "\nCELL_DATA {}\nSCALARS area float 1\nLOOKUP_TABLE default\n", faces.len()).expect("a vector");
+    writeln!(bytes, "\nCELL_DATA {}\nSCALARS area float 1\nLOOKUP_TABLE default", faces.len()).expect("a vector");
     faces.iter().for_each(|_| bytes.extend(0.25f32.to_be_bytes()));
-    write!(bytes, "\nSCALARS patch short 1\nLOOKUP_TABLE default\n").expect("a vector");
+    writeln!(bytes, "\nSCALARS patch short 1\nLOOKUP_TABLE default").expect("a vector");
     g.patch.iter().for_each(|&p| bytes.extend((p as i16).to_be_bytes()));
     bytes.push(b'\n');
     bytes
@@ -193,16 +193,16 @@ fn vtk_binary(g: &Grouped) -> Vec<u8> {
 fn vtk_binary_5(g: &Grouped) -> Vec<u8> {
     let (points, faces) = (&g.shape.points, &g.shape.faces);
     let mut bytes = b"# vtk DataFile Version 5.1\nvtk output\nBINARY\nDATASET POLYDATA\n".to_vec();
-    write!(bytes, "POINTS {} double\n", points.len()).expect("a vector");
+    writeln!(bytes, "POINTS {} double", points.len()).expect("a vector");
     points.iter().for_each(|p| p.to_array().iter().for_each(|x| bytes.extend(x.to_be_bytes())));
-    write!(bytes, "\nMETADATA\nINFORMATION 0\n\nPOLYGONS {} {}\n", faces.len() + 1, 3 * faces.len()).expect("a vector");
-    write!(bytes, "OFFSETS vtktypeint64\n").expect("a vector");
+    writeln!(bytes, "\nMETADATA\nINFORMATION 0\n\nPOLYGONS {} {}", faces.len() + 1, 3 * faces.len()).expect("a vector");
+    writeln!(bytes, "OFFSETS vtktypeint64").expect("a vector");
     (0..=faces.len() as i64).for_each(|k| bytes.extend((3 * k).to_be_bytes()));
-    write!(bytes, "\nCONNECTIVITY vtktypeint64\n").expect("a vector");
+    writeln!(bytes, "\nCONNECTIVITY vtktypeint64").expect("a vector");
     faces.iter().flatten().for_each(|&v| bytes.extend(i64::from(v).to_be_bytes()));
-    write!(bytes, "\nCELL_DATA {}\nFIELD FieldData 1\nlabel 1 {0} vtktypeint64\n", faces.len()).expect("a vector");
+    writeln!(bytes, "\nCELL_DATA {}\nFIELD FieldData 1\nlabel 1 {0} vtktypeint64", faces.len()).expect("a vector");
     g.patch.iter().for_each(|&p| bytes.extend(i64::from(p).to_be_bytes()));
-    write!(bytes, "\nMETADATA\nINFORMATION 0\n\n").expect("a vector");
+    writeln!(bytes, "\nMETADATA\nINFORMATION 0\n").expect("a vector");
     bytes
 }
 
@@ -351,7 +351,7 @@ fn glb(g: &Grouped) -> Vec<u8> {
 
 /// A `.glb` of a document and its buffer.
 pub fn container(mut json: String, mut buffer: Vec<u8>) -> Vec<u8> {
-    while json.len() % 4 != 0 {
+    while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
     buffer.resize(buffer.len().next_multiple_of(4), 0);

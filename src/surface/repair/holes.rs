@@ -1,8 +1,8 @@
 //! Fills small holes that are nearly flat.
 //!
 //! Of all triangulations of a loop of open edges, the one whose sharpest fold is the least sharp, those to the faces beside
-//! the hole included, and of such the one of least area (P. Liepa, "Filling holes in meshes", Symposium on Geometry
-//! Processing, 2003, doi 10.2312/SGP/SGP03/200-206), by dynamic programming in cubic time. Departures: no edge of it may be
+//! the hole included, and of such the one of least area (P. Liepa, "Filling holes in meshes", Eurographics
+//! Symposium on Geometry Processing, 2003, pp. 200-206), by dynamic programming in cubic time. Departures: no edge of it may be
 //! one of the surface already, and the vertices of the loop are the only ones.
 
 use glam::DVec3;
