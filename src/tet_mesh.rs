@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::delaunay::Breakdown;
 use crate::geometry::tetrahedron::{self, FACETS};
 use crate::geometry::triangle;
 use crate::progress::Step;
@@ -33,6 +34,8 @@ pub struct StageTimes {
     pub build: f64,
     /// Keeping it while the seeds move.
     pub update: f64,
+    /// The parts of that.
+    pub update_parts: Breakdown,
     /// Clipped cells and their moments.
     pub centroids: f64,
     /// Taking the mesh out.

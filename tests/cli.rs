@@ -54,7 +54,7 @@ fn small(folder: &Path, more: &[&str]) -> Run {
 #[test]
 fn wrong_usage_ends_with_status_2_and_says_why() {
     let folder = folder_with_cube();
-    let cases: [(&[&str], &str); 24] = [
+    let cases: [(&[&str], &str); 25] = [
         (&[], "<SURFACE>"),
         (&["cube.obj", "other.obj"], "other.obj"),
         (&["cube.obj", "--seeds", "3"], "--seeds"),
@@ -68,10 +68,11 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
         (&["cube.obj", "--boundary", "soft"], "conform"),
         (&["cube.obj", "--feature-angle", "181"], "--feature-angle"),
         (&["cube.obj", "--start", "grid"], "bcc"),
-        (&["cube.obj", "--optimizer", "lbfgs"], "lloyd"),
+        (&["cube.obj", "--optimizer", "newton"], "lbfgs, nesterov, lloyd"),
+        (&["cube.obj", "--time-limit", "-1"], "--time-limit"),
         (&["cube.obj", "--iterations", "-1"], "--iterations"),
         (&["cube.obj", "--tolerance", "nan"], "--tolerance"),
-        (&["cube.obj", "--update", "paper"], "bicell, rebuild"),
+        (&["cube.obj", "--update", "soon"], "bicell, paper, vertex, check, rebuild"),
         (&["cube.obj", "--threads", "0"], "--threads"),
         (&["cube.obj", "-q", "-v"], "--quiet"),
         (&["cube.obj", "-o", "mesh.stl"], ".vtu"),
@@ -235,8 +236,8 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
     let run = small(folder.path(), &["--json", "-", "--tolerance", "0"]);
     assert_eq!(run.status, Some(0), "{}", run.stderr);
     let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-    let keys: [(&str, &str); 6] = [
-        ("", "tetcvt command input mesh time memory iterations stopped notes"),
+    let keys: [(&str, &str); 7] = [
+        ("", "tetcvt command input mesh time update memory iterations stopped notes"),
         ("/input", "file vertices triangles components genus volume area diagonal"),
         (
             "/mesh",
@@ -244,10 +245,11 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
              hausdorff rms_distance min_dihedral max_dihedral mean_min_dihedral mean_radius_ratio dihedral_histogram",
         ),
         ("/time", "total read check seeds build update centroids extract improve measure write"),
+        ("/update", "filter predicate flips repair renewal build"),
         ("/memory", "peak_bytes"),
         (
             "/iterations/0",
-            "energy max_move update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
+            "move energy max_move evaluations update_s centroids_s tets bicells vertices_failed bicells_failed predicates flips \
              reversed held_back rebuilt",
         ),
     ];

@@ -15,11 +15,26 @@ mod delaunay;
 // Moved triangulations against rebuilt ones.
 mod relocation;
 
+// The same by every method.
+mod updaters;
+
+// Points added and taken out, one by one.
+mod editing;
+
 // Exact shapes, and the files of `models/` made of them.
 mod shapes;
 
 // Reading and checking surfaces.
 mod surface;
+
+// Every format that is read.
+mod input_formats;
+
+// Scenes of glTF.
+mod gltf;
+
+// Self-crossings, and what is mended on request.
+mod defects;
 
 // Inside tests, closest points, boxes and rays against brute force.
 mod box_tree;
@@ -33,8 +48,8 @@ mod seeds;
 // Moments of clipped cells against closed forms and Monte Carlo.
 mod clipped_voronoi;
 
-// Energy, determinism.
-mod lloyd;
+// Energy, kinds of seeds, determinism, stopping.
+mod relax;
 
 // Creases in the mesh.
 mod creases;
@@ -56,6 +71,10 @@ mod cli;
 #[cfg(all(unix, feature = "cli"))]
 mod cli_unix;
 
+// The binary on surfaces of every kind, and on files of other programs.
+#[cfg(feature = "cli")]
+mod cli_input;
+
 // What a run says of its mesh.
 mod report;
 
@@ -65,7 +84,7 @@ mod output;
 
 // The other formats, curved tets and Voronoi cells, each read back by the programs that they are for.
 #[cfg(feature = "cli")]
-mod formats;
+mod output_formats;
 
 // One mesh at any scale and offset.
 mod scale;
@@ -73,3 +92,5 @@ mod scale;
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;
+
+mod trajectories;

@@ -10,13 +10,14 @@ use indicatif::ProgressBar;
 use crate::error::Error;
 use crate::io::atomic::AtomicFile;
 use crate::io::npy::TrajectoryWriter;
-use crate::io::{self as files, MeshData, load_surface};
+use crate::io::{self as files, MeshData, defects, load_surface};
 use crate::mesher::tetrahedralize;
 use crate::progress::Observer;
 use crate::quality::TetQuality;
 use crate::report::{InputReport, MemoryReport, MeshReport, Report, TimeReport};
 use crate::second_order::SecondOrder;
 use crate::surface::Surface;
+use crate::surface::defects::Marks;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
 
@@ -29,7 +30,7 @@ mod summary;
 use interrupt::Interrupt;
 use options::{Job, Options, ReportTarget, Verbosity};
 use progress::{Watched, Watcher};
-use summary::Summary;
+use summary::{Summary, breakdown};
 
 /// Runs the program; returns its exit status.
 pub fn run() -> u8 {
@@ -68,7 +69,12 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     let soup = load_surface(&job.surface)?;
     let read = reading.elapsed().as_secs_f64();
     let checking = Instant::now();
-    let surface = soup.check()?;
+    let mut marks = Marks::default();
+    let surface = soup.check_mended(job.mending, &mut marks).inspect_err(|_| {
+        marks.notes.iter().for_each(|note| watcher.note(note));
+        watcher.clear();
+        show_defects(job, &marks);
+    })?;
     let check = checking.elapsed().as_secs_f64();
     for note in surface.notes() {
         watcher.note(note);
@@ -94,6 +100,7 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
         input: InputReport::of(&surface, job.surface.to_string_lossy().into_owned()),
         mesh: MeshReport::of(&mesh, &quality, &surface),
         time: TimeReport { read, check, ..TimeReport::of(&mesh.times) },
+        update: mesh.times.update_parts,
         memory: MemoryReport::default(),
         stopped: mesh.stopped.clone(),
         notes: watched.notes.clone(),
@@ -111,6 +118,9 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     if job.verbosity > Verbosity::Quiet {
         say(&Summary(&report).to_string());
     }
+    if job.verbosity >= Verbosity::Verbose {
+        say(&breakdown(&report.update));
+    }
     written.and(write_report(job, &report))
 }
 
@@ -124,6 +134,19 @@ fn second_order(job: &Job, mesh: &TetMesh, surface: &Surface, watcher: &mut Watc
         ));
     }
     nodes
+}
+
+/// Writes the file with the places of defects, if there are any to show. The refusal is what matters: that it cannot be
+/// written as well is only said.
+fn show_defects(job: &Job, marks: &Marks) {
+    if marks.list.is_empty() {
+        return;
+    }
+    match defects::write(&job.defects_file, marks) {
+        Ok(()) if job.verbosity > Verbosity::Quiet => say(&format!("wrote      {}", job.defects_file.display())),
+        Ok(()) => {}
+        Err(error) => say(&format!("note: {error}")),
+    }
 }
 
 /// Writes every file that can be written, then tells of the first that could not.

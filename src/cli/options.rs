@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
+use crate::surface::Mending;
 
 const AFTER_HELP: &str = "\
 Formats, by extension:
@@ -17,7 +18,7 @@ Formats, by extension:
 
 Exit status:
   0    done
-  1    the surface cannot be meshed (open, non-manifold, empty, ...)
+  1    the surface cannot be meshed (open, non-manifold, self-crossing, ...)
   2    wrong usage
   3    cannot read or parse the surface
   4    cannot write
@@ -39,9 +40,14 @@ Examples:
 #[derive(Debug, Parser)]
 #[command(version, after_help = AFTER_HELP, max_term_width = 100)]
 pub(super) struct Options {
-    /// Closed triangle surface: OBJ
+    /// Closed triangle surface: OBJ, STL, PLY, OFF, VTK (.vtk, .vtp, .vtu), glTF (.gltf, .glb)
     #[arg(value_name = "SURFACE")]
     surface: PathBuf,
+
+    /// Mend what hardly changes the shape: weld edges that nearly meet, fill small flat holes, drop duplicate faces and
+    /// hanging sheets, move apart what touches
+    #[arg(long, help_heading = "Surface")]
+    repair: bool,
 
     /// Vertices of the mesh: exactly N [default: 20000]
     #[arg(long, value_name = "N", help_heading = "Size", value_parser = count, conflicts_with = "edge", allow_negative_numbers = true)]
@@ -64,15 +70,15 @@ pub(super) struct Options {
     start: Start,
 
     /// How seeds move
-    #[arg(long, help_heading = "Iterations", default_value = "lloyd")]
+    #[arg(long, help_heading = "Iterations", default_value = "lbfgs")]
     optimizer: Optimizer,
 
     /// At most K iterations; 0 = only sample
-    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 40, allow_negative_numbers = true)]
     iterations: usize,
 
     /// Stop when the energy falls by less than T of itself in an iteration; 0 = never
-    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "1e-6", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "2e-5", allow_negative_numbers = true)]
     tolerance: f64,
 
     /// How the triangulation follows the seeds
@@ -86,6 +92,10 @@ pub(super) struct Options {
     /// Seed of every random choice
     #[arg(long, value_name = "N", help_heading = "Run", default_value_t = 1)]
     random_seed: u64,
+
+    /// Finish with the best mesh so far after about S seconds
+    #[arg(long, value_name = "S", help_heading = "Run", allow_negative_numbers = true)]
+    time_limit: Option<f64>,
 
     /// Verify every invariant after every iteration (slow)
     #[arg(long, help_heading = "Run")]
@@ -176,6 +186,8 @@ pub(super) enum ReportTarget {
 /// A command line that makes sense.
 pub(super) struct Job {
     pub surface: PathBuf,
+    pub mending: Mending,
+    pub defects_file: PathBuf,
     pub params: Params,
     pub verbosity: Verbosity,
     pub mesh_file: PathBuf,
@@ -201,6 +213,8 @@ impl Options {
             name.push(suffix);
             PathBuf::from(name)
         };
+        let defects_file = default_name(".defects.vtp");
+        let mending = if self.repair { Mending::Repair } else { Mending::Exact };
         let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
         let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
         let mesh_format = MeshFormat::of(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, MeshFormat::KNOWN))?;
@@ -229,6 +243,8 @@ impl Options {
         let surface = self.surface;
         let job = Job {
             surface,
+            mending,
+            defects_file,
             params,
             verbosity,
             mesh_file,
@@ -263,6 +279,7 @@ impl Options {
             tolerance: self.tolerance,
             threads: self.threads.map_or(0, usize::from),
             random_seed: self.random_seed,
+            time_limit: self.time_limit,
             check: self.check,
         }
     }

@@ -14,8 +14,9 @@ const NONE: u32 = u32::MAX;
 /// Takes the tets labelled `inside` out: vertices in the order of the seeds, positively oriented tets ordered by their
 /// least vertex, regions numbered as the solids of the surface, outward boundary triangles.
 ///
-/// The iterations' record is left empty. The labels should have no fatal defect.
-pub fn mesh(sampling: &Sampling, inside: &[bool]) -> TetMesh {
+/// `patch` is that of each triangle of the surface. The iterations' record is left empty. The labels should have no fatal
+/// defect.
+pub fn mesh(sampling: &Sampling, inside: &[bool], patch: &[u32]) -> TetMesh {
     let complex = &sampling.complex;
     let boundary = Boundary::of(complex, inside);
     let closest = closest_triangles(sampling, &boundary);
@@ -42,7 +43,7 @@ pub fn mesh(sampling: &Sampling, inside: &[bool]) -> TetMesh {
             vertices: boundary.triangles[f].map(|v| vertex[v as usize]),
             region_inside: solid[region[boundary.tets[f] as usize] as usize],
             region_outside: -1,
-            patch: surface.patch()[closest[f] as usize],
+            patch: patch[closest[f] as usize],
             source_triangle: surface.source()[closest[f] as usize],
         })
         .collect();

@@ -2,17 +2,17 @@
 
 pub mod atomic;
 
+pub mod defects;
+
 pub mod format;
 
 pub mod npy;
 
-pub mod obj;
+pub mod read;
 
 pub mod vtk;
 
 mod write;
 
-use crate::geometry::polygon;
-
-pub use obj::{load as load_surface, read as read_surface};
+pub use read::{load as load_surface, read as read_surface};
 pub use write::{MeshData, write_mesh, write_surface};

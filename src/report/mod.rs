@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::delaunay::Breakdown;
 use crate::geometry::tetrahedron;
 use crate::progress::Step;
 use crate::quality::TetQuality;
@@ -29,6 +30,8 @@ pub struct Report {
     pub mesh: MeshReport,
     /// Where the time went.
     pub time: TimeReport,
+    /// Where that of the updates of the triangulation went.
+    pub update: Breakdown,
     /// What it took.
     pub memory: MemoryReport,
     /// Why the iterations ended.
@@ -127,7 +130,7 @@ pub struct TimeReport {
 impl TimeReport {
     /// The stages that the library timed.
     pub fn of(times: &StageTimes) -> TimeReport {
-        let StageTimes { seeds, build, update, centroids, extract } = *times;
+        let StageTimes { seeds, build, update, centroids, extract, .. } = *times;
         TimeReport { seeds, build, update, centroids, extract, ..TimeReport::default() }
     }
 
