@@ -6,8 +6,8 @@
 //! 3. A tet must not fold. The determinant of the Jacobian of its quadratic map is a polynomial of degree 3 in the
 //!    barycentric coordinates, and lies between the least and the greatest of its 20 Bernstein coefficients (A. Johnen,
 //!    J.-F. Remacle, C. Geuzaine, *Geometrical validity of curvilinear finite elements*, Journal of Computational Physics
-//!    233, 2013, doi 10.1016/j.jcp.2012.08.051). While the least of them is below [`LEAST`] of the straight tet's, the
-//!    moves of its nodes are halved; after [`HALVINGS`] the nodes are back on their edges, and the tet is straight.
+//!    233, 2013, doi 10.1016/j.jcp.2012.08.051). While the least of them is below `LEAST` of the straight tet's, the
+//!    moves of its nodes are halved; after `HALVINGS` the nodes are back on their edges, and the tet is straight.
 //!
 //! Departure: coefficients are not subdivided where they do not decide. A tet whose determinant is positive though a
 //! coefficient is not is straightened a little more than it needs; what is kept is valid without doubt. The bound, far

@@ -94,13 +94,21 @@ pub fn commit_all(mut files: Vec<AtomicFile>) -> Result<(), Error> {
     for (i, file) in files.into_iter().enumerate() {
         let Sink::Replace { temporary, target } = file.sink else { continue };
         let old = if i < last { Replaced::remember(&target) } else { Ok(Replaced::nothing(&target)) };
-        let renamed = old.and_then(|old| temporary.persist(&target, &mut unfinished).map(|()| old));
+        // Dropped only after the guard, which its removal waits for.
+        let mut abandoned = None;
+        let renamed = match old {
+            Ok(old) => temporary.persist(&target, &mut unfinished).map(|()| old),
+            Err(error) => {
+                abandoned = Some(temporary);
+                Err(error)
+            }
+        };
         match renamed {
             Ok(old) => replaced.push(old),
             Err(error) => {
                 replaced.into_iter().for_each(Replaced::restore);
-                // The files without names are dropped after the guard.
                 drop(unfinished);
+                drop(abandoned);
                 return Err(failure(&file.path, &error));
             }
         }
