@@ -18,6 +18,8 @@ pub enum Stage {
     },
     /// Taking the mesh out of the triangulation.
     Extract,
+    /// Taking slivers out of it.
+    Improve,
 }
 
 /// Whether a run goes on.

@@ -37,6 +37,8 @@ pub struct StageTimes {
     pub centroids: f64,
     /// Taking the mesh out.
     pub extract: f64,
+    /// Taking slivers out of it.
+    pub improve: f64,
 }
 
 /// A tetrahedral mesh of a solid, in model units.

@@ -134,6 +134,7 @@ impl Observer for Watcher {
                 self.bar.set_position(0);
             }
             Stage::Extract => self.spin("extracting the mesh"),
+            Stage::Improve => self.spin("improving the mesh"),
         }
     }
 

@@ -127,8 +127,8 @@ pub struct TimeReport {
 impl TimeReport {
     /// The stages that the library timed.
     pub fn of(times: &StageTimes) -> TimeReport {
-        let StageTimes { seeds, build, update, centroids, extract } = *times;
-        TimeReport { seeds, build, update, centroids, extract, ..TimeReport::default() }
+        let StageTimes { seeds, build, update, centroids, extract, improve } = *times;
+        TimeReport { seeds, build, update, centroids, extract, improve, ..TimeReport::default() }
     }
 
     /// The stages by name, in their order, without the total.

@@ -1,0 +1,385 @@
+//! A mesh that can be changed: tets and boundary facets in slots, with the stars of all vertices, and a log by which every
+//! change since the last [`Complex::commit`] can be taken back.
+
+use glam::DVec3;
+
+use super::measure;
+use super::stars::Stars;
+use crate::geometry::tetrahedron::FACETS;
+
+/// Stands for what does not exist.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// How a vertex may move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Freedom {
+    /// Anywhere within the solid.
+    Inside,
+    /// On the surface; the triangle that it lies on.
+    Surface(u32),
+    /// Along a crease: its number, and the arc length there.
+    Curve(u32, f64),
+    /// Not at all.
+    Fixed,
+}
+
+/// A vertex as it is given.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    pub point: DVec3,
+    pub freedom: Freedom,
+    /// The solid that it belongs to.
+    pub region: u32,
+}
+
+/// A facet of the boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Facet {
+    /// Its vertices, counter-clockwise seen from outside; [`NONE`] first in an empty slot.
+    pub vertices: [u32; 3],
+    /// The smooth part of the surface that it stands for.
+    pub face: u32,
+    /// How far it strays from the surface, in the frame.
+    pub stray: f64,
+}
+
+/// Enough to take a change back.
+#[derive(Clone, Copy, Debug)]
+enum Undo {
+    /// The slot, and whether it was an empty one.
+    AddedTet(u32, bool),
+    RemovedTet(u32, [u32; 4], f64),
+    AddedFacet(u32, bool),
+    RemovedFacet(u32, Facet),
+    Moved(u32, DVec3, Freedom),
+    Judged(u32, f64),
+    Strayed(u32, f64),
+    AddedVertex,
+    ReusedVertex(u32, DVec3, Freedom, u32),
+    FreedVertex,
+}
+
+/// A mesh of tets and its boundary, in the frame.
+#[derive(Clone, Debug)]
+pub(super) struct Complex {
+    pub points: Vec<DVec3>,
+    pub freedom: Vec<Freedom>,
+    /// The solid that each vertex belongs to.
+    pub region: Vec<u32>,
+    /// Positive tets; [`NONE`] first in an empty slot.
+    pub tets: Vec<[u32; 4]>,
+    /// Quality of each tet.
+    pub quality: Vec<f64>,
+    pub facets: Vec<Facet>,
+    tet_stars: Stars,
+    facet_stars: Stars,
+    free_tets: Vec<u32>,
+    free_facets: Vec<u32>,
+    /// Vertices in no tet.
+    pub free_vertices: Vec<u32>,
+    log: Vec<Undo>,
+    /// The quality that every tet should have.
+    floor: f64,
+    /// Sum of the cubes of what tets lack to the floor.
+    deficit: f64,
+}
+
+/// A place in the log, to go back to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    entries: usize,
+    deficit: f64,
+}
+
+impl Complex {
+    /// Of these vertices, tets and boundary facets.
+    pub(super) fn new(vertices: Vec<Vertex>, tets: Vec<[u32; 4]>, facets: Vec<Facet>) -> Complex {
+        let points: Vec<DVec3> = vertices.iter().map(|v| v.point).collect();
+        let quality = tets.iter().map(|t| measure::quality(t.map(|v| points[v as usize]))).collect();
+        let triangles: Vec<[u32; 3]> = facets.iter().map(|f| f.vertices).collect();
+        Complex {
+            tet_stars: Stars::new(points.len(), &tets),
+            facet_stars: Stars::new(points.len(), &triangles),
+            freedom: vertices.iter().map(|v| v.freedom).collect(),
+            region: vertices.iter().map(|v| v.region).collect(),
+            points,
+            tets,
+            quality,
+            facets,
+            free_tets: Vec::new(),
+            free_facets: Vec::new(),
+            free_vertices: Vec::new(),
+            log: Vec::new(),
+            floor: 0.0,
+            deficit: 0.0,
+        }
+    }
+
+    /// Sets the quality that every tet should have.
+    pub(super) fn set_floor(&mut self, floor: f64) {
+        self.floor = floor;
+        self.deficit = (0..self.tets.len())
+            .filter(|&t| self.is_alive(t as u32))
+            .map(|t| self.deficit_of(self.quality[t]))
+            .sum();
+    }
+
+    /// The quality that every tet should have.
+    pub(super) fn floor(&self) -> f64 {
+        self.floor
+    }
+
+    /// Sum of the cubes of what tets lack to the floor, but for rounding.
+    pub(super) fn deficit(&self) -> f64 {
+        self.deficit
+    }
+
+    fn deficit_of(&self, quality: f64) -> f64 {
+        let lack = (self.floor - quality).max(0.0);
+        lack * lack * lack
+    }
+
+    /// Number of vertices in use.
+    pub(super) fn vertex_count(&self) -> usize {
+        self.points.len() - self.free_vertices.len()
+    }
+
+    /// Number of tets.
+    pub(super) fn tet_count(&self) -> usize {
+        self.tets.len() - self.free_tets.len()
+    }
+
+    /// The tets around vertex `v`.
+    pub(super) fn star(&self, v: u32) -> &[u32] {
+        self.tet_stars.of(v)
+    }
+
+    /// The boundary facets around vertex `v`.
+    pub(super) fn facets_of(&self, v: u32) -> &[u32] {
+        self.facet_stars.of(v)
+    }
+
+    pub(super) fn is_alive(&self, t: u32) -> bool {
+        self.tets[t as usize][0] != NONE
+    }
+
+    pub(super) fn on_boundary(&self, v: u32) -> bool {
+        !self.facet_stars.of(v).is_empty()
+    }
+
+    pub(super) fn corners<const K: usize>(&self, vertices: [u32; K]) -> [DVec3; K] {
+        vertices.map(|v| self.points[v as usize])
+    }
+
+    /// The tet, other than `t`, that has the facet of these vertices.
+    pub(super) fn across(&self, t: u32, [a, b, c]: [u32; 3]) -> Option<u32> {
+        self.star(a).iter().copied().find(|&u| {
+            let tet = &self.tets[u as usize];
+            u != t && tet.contains(&b) && tet.contains(&c)
+        })
+    }
+
+    /// The boundary facet of these vertices.
+    pub(super) fn facet(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+        self.facets_of(a).iter().copied().find(|&f| {
+            let facet = &self.facets[f as usize].vertices;
+            facet.contains(&b) && facet.contains(&c)
+        })
+    }
+
+    /// Whether some tet has both vertices.
+    pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
+        self.star(a).iter().any(|&t| self.tets[t as usize].contains(&b))
+    }
+
+    /// The vertex of tet `t` that is not of the facet.
+    pub(super) fn apex(&self, t: u32, facet: [u32; 3]) -> u32 {
+        let tet = self.tets[t as usize];
+        tet.into_iter().find(|v| !facet.contains(v)).expect("a tet has four vertices: this is a bug in tetcvt")
+    }
+
+    /// The facet of tet `t` opposite its corner `i`, counter-clockwise seen from outside.
+    pub(super) fn facet_of(&self, t: u32, i: usize) -> [u32; 3] {
+        FACETS[i].map(|k| self.tets[t as usize][k])
+    }
+
+    /// Adds a tet of known quality.
+    pub(super) fn add_tet(&mut self, tet: [u32; 4], quality: f64) -> u32 {
+        let free = self.free_tets.pop();
+        let t = free.unwrap_or(self.tets.len() as u32);
+        if free.is_some() {
+            self.tets[t as usize] = tet;
+            self.quality[t as usize] = quality;
+        } else {
+            self.tets.push(tet);
+            self.quality.push(quality);
+        }
+        self.deficit += self.deficit_of(quality);
+        tet.into_iter().for_each(|v| self.tet_stars.add(v, t));
+        self.log.push(Undo::AddedTet(t, free.is_some()));
+        t
+    }
+
+    pub(super) fn remove_tet(&mut self, t: u32) {
+        let tet = self.tets[t as usize];
+        let quality = self.quality[t as usize];
+        self.deficit -= self.deficit_of(quality);
+        self.log.push(Undo::RemovedTet(t, tet, quality));
+        self.drop_tet(t);
+    }
+
+    fn drop_tet(&mut self, t: u32) {
+        let tet = std::mem::replace(&mut self.tets[t as usize], [NONE; 4]);
+        tet.into_iter().for_each(|v| self.tet_stars.remove(v, t));
+        self.free_tets.push(t);
+    }
+
+    pub(super) fn add_facet(&mut self, facet: Facet) {
+        let free = self.free_facets.pop();
+        let f = free.unwrap_or(self.facets.len() as u32);
+        if free.is_some() {
+            self.facets[f as usize] = facet;
+        } else {
+            self.facets.push(facet);
+        }
+        facet.vertices.into_iter().for_each(|v| self.facet_stars.add(v, f));
+        self.log.push(Undo::AddedFacet(f, free.is_some()));
+    }
+
+    pub(super) fn remove_facet(&mut self, f: u32) {
+        self.log.push(Undo::RemovedFacet(f, self.facets[f as usize]));
+        self.drop_facet(f);
+    }
+
+    fn drop_facet(&mut self, f: u32) {
+        let vertices = std::mem::replace(&mut self.facets[f as usize].vertices, [NONE; 3]);
+        vertices.into_iter().for_each(|v| self.facet_stars.remove(v, f));
+        self.free_facets.push(f);
+    }
+
+    /// Moves a vertex and judges its tets anew.
+    pub(super) fn move_vertex(&mut self, v: u32, to: DVec3, freedom: Freedom) {
+        self.log.push(Undo::Moved(v, self.points[v as usize], self.freedom[v as usize]));
+        self.points[v as usize] = to;
+        self.freedom[v as usize] = freedom;
+        for k in 0..self.tet_stars.of(v).len() {
+            let t = self.tet_stars.of(v)[k];
+            let quality = measure::quality(self.tets[t as usize].map(|v| self.points[v as usize]));
+            let before = std::mem::replace(&mut self.quality[t as usize], quality);
+            self.deficit += self.deficit_of(quality) - self.deficit_of(before);
+            self.log.push(Undo::Judged(t, before));
+        }
+    }
+
+    /// Notes how far facet `f` strays from the surface now.
+    pub(super) fn set_stray(&mut self, f: u32, stray: f64) {
+        self.log.push(Undo::Strayed(f, self.facets[f as usize].stray));
+        self.facets[f as usize].stray = stray;
+    }
+
+    pub(super) fn add_vertex(&mut self, vertex: Vertex) -> u32 {
+        let Vertex { point, freedom, region } = vertex;
+        if let Some(v) = self.free_vertices.pop() {
+            let i = v as usize;
+            self.log.push(Undo::ReusedVertex(v, self.points[i], self.freedom[i], self.region[i]));
+            (self.points[i], self.freedom[i], self.region[i]) = (point, freedom, region);
+            return v;
+        }
+        self.points.push(point);
+        self.freedom.push(freedom);
+        self.region.push(region);
+        self.tet_stars.push();
+        self.facet_stars.push();
+        self.log.push(Undo::AddedVertex);
+        self.points.len() as u32 - 1
+    }
+
+    /// Gives up a vertex that is in no tet any more.
+    pub(super) fn free_vertex(&mut self, v: u32) {
+        debug_assert!(self.star(v).is_empty() && self.facets_of(v).is_empty());
+        self.free_vertices.push(v);
+        self.log.push(Undo::FreedVertex);
+    }
+
+    /// This place in the log, to go back to.
+    pub(super) fn mark(&self) -> Mark {
+        Mark { entries: self.log.len(), deficit: self.deficit }
+    }
+
+    /// Keeps every change for good.
+    pub(super) fn commit(&mut self) {
+        self.log.clear();
+    }
+
+    /// Takes back what was changed since `mark`.
+    pub(super) fn rollback(&mut self, mark: Mark) {
+        while self.log.len() > mark.entries
+            && let Some(undo) = self.log.pop()
+        {
+            self.undo(undo);
+        }
+        self.deficit = mark.deficit;
+    }
+
+    /// The tets that were added or changed since `mark` and are still there, some of them repeatedly.
+    pub(super) fn changed_since(&self, mark: Mark) -> impl Iterator<Item = u32> {
+        let slots = self.log[mark.entries..].iter().filter_map(|undo| match *undo {
+            Undo::AddedTet(t, _) | Undo::Judged(t, _) => Some(t),
+            _ => None,
+        });
+        slots.filter(|&t| self.is_alive(t))
+    }
+
+    fn undo(&mut self, undo: Undo) {
+        const FREED_LAST: &str = "changes are taken back in the order opposite to theirs: this is a bug in tetcvt";
+        match undo {
+            Undo::AddedTet(t, reused) => {
+                self.drop_tet(t);
+                if !reused {
+                    self.free_tets.pop();
+                    self.tets.pop();
+                    self.quality.pop();
+                }
+            }
+            Undo::RemovedTet(t, tet, quality) => {
+                self.free_tets.pop().expect(FREED_LAST);
+                self.tets[t as usize] = tet;
+                self.quality[t as usize] = quality;
+                tet.into_iter().for_each(|v| self.tet_stars.add(v, t));
+            }
+            Undo::AddedFacet(f, reused) => {
+                self.drop_facet(f);
+                if !reused {
+                    self.free_facets.pop();
+                    self.facets.pop();
+                }
+            }
+            Undo::RemovedFacet(f, facet) => {
+                self.free_facets.pop().expect(FREED_LAST);
+                self.facets[f as usize] = facet;
+                facet.vertices.into_iter().for_each(|v| self.facet_stars.add(v, f));
+            }
+            Undo::Moved(v, point, freedom) => {
+                self.points[v as usize] = point;
+                self.freedom[v as usize] = freedom;
+            }
+            Undo::Judged(t, quality) => self.quality[t as usize] = quality,
+            Undo::Strayed(f, stray) => self.facets[f as usize].stray = stray,
+            Undo::AddedVertex => {
+                self.points.pop();
+                self.freedom.pop();
+                self.region.pop();
+                self.tet_stars.pop();
+                self.facet_stars.pop();
+            }
+            Undo::ReusedVertex(v, point, freedom, region) => {
+                let i = v as usize;
+                (self.points[i], self.freedom[i], self.region[i]) = (point, freedom, region);
+                self.free_vertices.push(v);
+            }
+            Undo::FreedVertex => {
+                self.free_vertices.pop().expect(FREED_LAST);
+            }
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! The last tets below the floor, by splits and contractions of edges; and the count of vertices, made right again.
+
+use super::change::Change;
+use super::complex::Complex;
+use super::floor::Worklist;
+use super::ground::Ground;
+use super::resize::{contract, split};
+use crate::geometry::tetrahedron::EDGES;
+
+/// Tets treated after a split or contraction before it is judged.
+const TREATED: usize = 40;
+
+/// Tries edges of the tets that are left, and of their neighbours, until none helps. Returns how many tets are left.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, most: usize) -> usize {
+    let mut tried = 0;
+    loop {
+        let left = left(complex);
+        let mut gained = false;
+        for &t in &left {
+            if !complex.is_alive(t) || complex.quality[t as usize] >= complex.floor() {
+                continue;
+            }
+            if tried >= most {
+                return left.len();
+            }
+            tried += 1;
+            gained |= resolve(complex, ground, work, t);
+        }
+        if !gained {
+            return left.len();
+        }
+    }
+}
+
+/// The tets below the floor, worst first.
+pub(super) fn left(complex: &Complex) -> Vec<u32> {
+    let below = |&t: &u32| complex.is_alive(t) && complex.quality[t as usize] < complex.floor();
+    let mut left: Vec<u32> = (0..complex.tets.len() as u32).filter(below).collect();
+    left.sort_by(|&t, &u| complex.quality[t as usize].total_cmp(&complex.quality[u as usize]).then(t.cmp(&u)));
+    left
+}
+
+/// Tries the splits and contractions of a tet's edges, keeps the first that helps; whether one did.
+fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, t: u32) -> bool {
+    let mut change = Change::default();
+    let tet = complex.tets[t as usize];
+    let least = complex.quality[t as usize];
+    let deficit = complex.deficit();
+    for [i, j] in EDGES {
+        for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
+            let mark = complex.mark();
+            if contract(complex, ground, ends, 0.25 * least, &mut change) {
+                work.work_since(complex, ground, mark, TREATED);
+                if helped(complex, mark, least, deficit) {
+                    complex.commit();
+                    return true;
+                }
+            }
+            complex.rollback(mark);
+        }
+        let mark = complex.mark();
+        if split(complex, ground, [tet[i], tet[j]], &mut change).is_some() {
+            work.work_since(complex, ground, mark, TREATED);
+            if helped(complex, mark, least, deficit) {
+                complex.commit();
+                return true;
+            }
+        }
+        complex.rollback(mark);
+    }
+    false
+}
+
+/// Whether what was done since `mark` leaves no tet worse than `least`, and less lacking to the floor than `deficit`.
+fn helped(complex: &Complex, mark: super::complex::Mark, least: f64, deficit: f64) -> bool {
+    complex.deficit() < deficit * (1.0 - 1e-9) - 1e-12 && complex.changed_since(mark).all(|t| complex.quality[t as usize] >= least)
+}
+
+/// How many edges are tried for each vertex too many or too few.
+const EDGES_TRIED: usize = 400;
+
+/// Splits or contracts edges until there are `count` vertices, without taking any tet below the floor, or below what
+/// there is. Whether that went.
+pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize) -> bool {
+    let mut change = Change::default();
+    while complex.vertex_count() != count {
+        let shrink = complex.vertex_count() > count;
+        let many = complex.vertex_count().abs_diff(count);
+        let mut edges = inner_edges(complex, shrink);
+        edges.truncate(EDGES_TRIED * many);
+        let before = complex.vertex_count();
+        for [a, b] in edges {
+            if complex.vertex_count() == count {
+                break;
+            }
+            if complex.star(a).is_empty() || complex.star(b).is_empty() || !complex.has_edge(a, b) {
+                continue;
+            }
+            let mark = complex.mark();
+            let deficit = complex.deficit();
+            let done = if shrink {
+                contract(complex, ground, [a, b], 0.2, &mut change)
+            } else {
+                split(complex, ground, [a, b], &mut change).is_some()
+            };
+            if done {
+                work.work_since(complex, ground, mark, TREATED);
+                if complex.deficit() <= deficit * (1.0 + 1e-9) + 1e-15 {
+                    complex.commit();
+                    continue;
+                }
+            }
+            complex.rollback(mark);
+        }
+        if complex.vertex_count() == before {
+            return false;
+        }
+    }
+    true
+}
+
+/// Edges from a vertex inside: the shortest first, or the longest.
+fn inner_edges(complex: &Complex, shortest: bool) -> Vec<[u32; 2]> {
+    let mut edges: Vec<(f64, [u32; 2])> = Vec::new();
+    for tet in complex.tets.iter().filter(|t| t[0] != super::complex::NONE) {
+        for [i, j] in EDGES {
+            let (a, b) = (tet[i], tet[j]);
+            for [a, b] in [[a, b], [b, a]] {
+                if !complex.on_boundary(a) && (complex.on_boundary(b) || a < b) {
+                    edges.push((complex.points[a as usize].distance_squared(complex.points[b as usize]), [a, b]));
+                }
+            }
+        }
+    }
+    let sign = if shortest { 1.0 } else { -1.0 };
+    edges.sort_unstable_by(|x, y| (sign * x.0).total_cmp(&(sign * y.0)).then(x.1.cmp(&y.1)));
+    edges.dedup();
+    edges.into_iter().map(|e| e.1).collect()
+}

@@ -1,0 +1,188 @@
+//! Takes the slivers out of a mesh.
+//!
+//! A centroidal Voronoi tessellation has near-regular tets and a few percent of slivers. Local operations that each raise the
+//! worst of the tets they touch bring every dihedral angle over a floor, as in B. M. Klingner, J. R. Shewchuk, *Aggressive
+//! tetrahedral mesh improvement*, Proceedings of the 16th International Meshing Roundtable, 2008,
+//! doi 10.1007/978-3-540-75103-8_1:
+//!
+//! 1. Worst first ([`floor`]): the best edge removal ([`flips`]) or multi-face removal ([`faces`]) around the tet, or else
+//!    a move of its corners ([`smooth`]).
+//! 2. Polish: vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
+//! 3. Steps 1 and 2 again: the better average leaves fewer tets stuck.
+//! 4. For the few that are ([`endgame`]): splits and contractions of edges, each with its surroundings improved anew, kept if the
+//!    sum of cubed deficits falls; then the count of vertices is made right elsewhere.
+//!
+//! Departures: boundary edges are flipped and boundary vertices moved too, within a tight bound on the distance to the
+//! surface ([`ground`]); creases stay, and which part of the surface a facet stands for. No operation of theirs that changes the
+//! count is used before step 4.
+//!
+//! Cost: that of the slivers, plus a constant number of passes over all vertices.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::params::Params;
+use crate::progress::{Flow, Observer};
+use crate::seeds::{Anchor, SeedKind, Seeds};
+use crate::surface::Surface;
+use crate::surface::features::Features;
+use crate::tet_mesh::{BoundaryTriangle, TetMesh};
+
+mod change;
+
+mod complex;
+
+mod endgame;
+
+mod faces;
+
+mod flips;
+
+mod floor;
+
+mod ground;
+
+mod measure;
+
+mod resize;
+
+mod smooth;
+
+mod stars;
+
+use complex::{Complex, Facet, Freedom, NONE, Vertex};
+use floor::Worklist;
+use ground::Ground;
+
+/// Rounds of the polish between attempts at the floor.
+const POLISH_ROUNDS: usize = 3;
+
+/// Raises the dihedral angles of `mesh`, made from `seeds`, to the floor of the parameters where that is possible.
+///
+/// The number of vertices stays, the boundary's topology, creases, and every invariant of the mesh.
+pub fn improve(
+    mesh: &mut TetMesh,
+    seeds: &Seeds,
+    (surface, features): (&Surface, &Features),
+    params: &Params,
+    observer: &mut dyn Observer,
+) {
+    let ground = Ground::new(surface, features);
+    let mut complex = load(mesh, seeds, &ground);
+    complex.set_floor(params.min_dihedral.to_radians() + 1e-5);
+    let mut work = Worklist::default();
+    let trace = std::env::var("TETCVT_TRACE").is_ok();
+    let started = std::time::Instant::now();
+    let say = |what: &str, complex: &Complex| {
+        if trace {
+            let left = endgame::left(complex);
+            let alive: Vec<f64> = (0..complex.tets.len()).filter(|&t| complex.is_alive(t as u32)).map(|t| complex.quality[t]).collect();
+            eprintln!("{:.3} {what}: {} left, worst {:.3}, mean {:.3}, vertices {}", started.elapsed().as_secs_f64(), left.len(),
+                left.first().map_or(99.0, |&t| complex.quality[t as usize].to_degrees()),
+                alive.iter().sum::<f64>().to_degrees() / alive.len() as f64, complex.vertex_count());
+        }
+    };
+    say("start", &complex);
+    work.fill(&complex);
+    work.work(&mut complex, &ground, usize::MAX, false);
+    say("floor", &complex);
+    for _ in 0..POLISH_ROUNDS {
+        work.polish(&mut complex, &ground);
+        say("polish", &complex);
+    }
+    work.fill(&complex);
+    work.work(&mut complex, &ground, usize::MAX, false);
+    say("floor", &complex);
+    endgame::run(&mut complex, &ground, &mut work, 2000);
+    say("endgame", &complex);
+    endgame::restore_count(&mut complex, &ground, &mut work, mesh.points.len());
+    say("count", &complex);
+    for _ in 0..POLISH_ROUNDS {
+        work.polish(&mut complex, &ground);
+        say("polish", &complex);
+    }
+    let _ = (Flow::Stop, observer);
+    store(mesh, &complex, &ground);
+}
+
+/// The mesh in the frame, ready to be changed.
+fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
+    let mut on_boundary = vec![false; mesh.points.len()];
+    mesh.boundary.iter().flat_map(|f| f.vertices).for_each(|v| on_boundary[v as usize] = true);
+    let mut region = vec![0; mesh.points.len()];
+    for (tet, &r) in mesh.tets.iter().zip(&mesh.regions) {
+        tet.iter().for_each(|&v| region[v as usize] = r);
+    }
+    let vertices: Vec<Vertex> = mesh
+        .seeds
+        .iter()
+        .enumerate()
+        .map(|(v, &seed)| {
+            let freedom = match (seeds.anchors[seed as usize], on_boundary[v]) {
+                (Anchor::Corner { .. }, _) | (Anchor::Interior, true) => Freedom::Fixed,
+                (Anchor::Surface { triangle }, true) => Freedom::Surface(triangle),
+                (Anchor::Curve { curve, at }, true) => Freedom::Curve(curve, at),
+                (_, false) => Freedom::Inside,
+            };
+            Vertex { point: seeds.positions[seed as usize], freedom, region: region[v] }
+        })
+        .collect();
+    let facets = mesh
+        .boundary
+        .par_iter()
+        .map(|f| {
+            let corners: [DVec3; 3] = f.vertices.map(|v| vertices[v as usize].point);
+            let face = ground.features.face[ground.surface.facing(corners) as usize];
+            Facet { vertices: f.vertices, face, stray: ground.stray(corners) }
+        })
+        .collect();
+    Complex::new(vertices, mesh.tets.clone(), facets)
+}
+
+/// Brings the improved mesh back into model units; what has not changed stays as it was, to the last bit.
+fn store(mesh: &mut TetMesh, complex: &Complex, ground: &Ground) {
+    let surface = ground.surface;
+    // Vertices beyond the count, made by splits, take the places of those contracted.
+    let count = mesh.points.len() as u32;
+    let mut place: Vec<u32> = (0..complex.points.len() as u32).collect();
+    let mut vacant: Vec<u32> = complex.free_vertices.iter().copied().filter(|&v| v < count).collect();
+    vacant.sort_unstable_by(|a, b| b.cmp(a));
+    for v in count..complex.points.len() as u32 {
+        if !complex.free_vertices.contains(&v) {
+            place[v as usize] = vacant.pop().expect("the count is restored: this is a bug in tetcvt");
+        }
+    }
+    for v in (0..complex.points.len()).filter(|&v| !complex.free_vertices.contains(&(v as u32))) {
+        let to = place[v] as usize;
+        mesh.points[to] = surface.frame().to_model(complex.points[v]);
+        match complex.freedom[v] {
+            Freedom::Inside => mesh.kinds[to] = SeedKind::Interior,
+            Freedom::Surface(_) => mesh.kinds[to] = SeedKind::Surface,
+            Freedom::Curve(..) => mesh.kinds[to] = SeedKind::Curve,
+            Freedom::Fixed => {}
+        }
+    }
+    let mut tets: Vec<([u32; 4], u32)> = complex
+        .tets
+        .iter()
+        .filter(|t| t[0] != NONE)
+        .map(|t| (t.map(|v| place[v as usize]), complex.region[t[0] as usize]))
+        .collect();
+    tets.sort_by_key(|(t, _)| t.iter().copied().min());
+    mesh.tets = tets.iter().map(|t| t.0).collect();
+    mesh.regions = tets.iter().map(|t| t.1).collect();
+    let facets: Vec<[u32; 3]> = complex.facets.iter().map(|f| f.vertices).filter(|f| f[0] != NONE).collect();
+    mesh.boundary = facets
+        .par_iter()
+        .map(|&vertices| {
+            let closest = surface.facing(complex.corners(vertices)) as usize;
+            BoundaryTriangle {
+                vertices: vertices.map(|v| place[v as usize]),
+                region_inside: complex.region[vertices[0] as usize],
+                region_outside: -1,
+                patch: surface.patch()[closest],
+                source_triangle: surface.source()[closest],
+            }
+        })
+        .collect();
+}
