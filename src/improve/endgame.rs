@@ -2,32 +2,43 @@
 
 use super::change::Change;
 use super::complex::Complex;
+use super::flips::remove_edge;
 use super::floor::Worklist;
 use super::ground::Ground;
 use super::resize::{contract, split};
 use crate::geometry::tetrahedron::EDGES;
 
 /// Tets treated after a split or contraction before it is judged.
-const TREATED: usize = 40;
+const TREATED: usize = 16;
 
-/// Tries edges of the tets that are left, and of their neighbours, until none helps. Returns how many tets are left.
-pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, most: usize) -> usize {
+/// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
+const WORSE: f64 = 0.05;
+
+/// Tries flips, contractions and splits around the tets that are left, `most` times at most, until none helps.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, most: usize) {
+    // The quality that a tet had when nothing helped it.
+    let mut hopeless: Vec<f64> = Vec::new();
     let mut tried = 0;
     loop {
-        let left = left(complex);
         let mut gained = false;
-        for &t in &left {
-            if !complex.is_alive(t) || complex.quality[t as usize] >= complex.floor() {
+        for t in left(complex) {
+            let quality = complex.quality[t as usize];
+            hopeless.resize(complex.tets.len(), f64::NAN);
+            if !complex.is_alive(t) || quality >= complex.floor() || hopeless[t as usize] == quality {
                 continue;
             }
-            if tried >= most {
-                return left.len();
+            if tried == most {
+                return;
             }
             tried += 1;
-            gained |= resolve(complex, ground, work, t);
+            if resolve(complex, ground, work, t) {
+                gained = true;
+            } else {
+                hopeless[t as usize] = quality;
+            }
         }
         if !gained {
-            return left.len();
+            return;
         }
     }
 }
@@ -40,40 +51,48 @@ pub(super) fn left(complex: &Complex) -> Vec<u32> {
     left
 }
 
-/// Tries the splits and contractions of a tet's edges, keeps the first that helps; whether one did.
+/// Tries an operation on each of a tet's edges, keeps the first that helps; whether one did.
 fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, t: u32) -> bool {
     let mut change = Change::default();
     let tet = complex.tets[t as usize];
     let least = complex.quality[t as usize];
     let deficit = complex.deficit();
-    for [i, j] in EDGES {
-        for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
-            let mark = complex.mark();
-            if contract(complex, ground, ends, 0.25 * least, &mut change) {
-                work.work_since(complex, ground, mark, TREATED);
-                if helped(complex, mark, least, deficit) {
+    for operation in [Operation::Flip, Operation::Contraction, Operation::Split] {
+        for [i, j] in EDGES {
+            for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
+                let mark = complex.mark();
+                let done = match operation {
+                    _ if ends[0] > ends[1] && operation != Operation::Contraction => false,
+                    Operation::Flip => {
+                        let possible = remove_edge(complex, ground, ends, WORSE, &mut change);
+                        if possible {
+                            change.apply(complex);
+                        }
+                        possible
+                    }
+                    Operation::Contraction => contract(complex, ground, ends, WORSE, &mut change),
+                    Operation::Split => split(complex, ground, ends, &mut change).is_some(),
+                };
+                if done
+                    && work.work_since(complex, ground, mark, (TREATED, least))
+                    && complex.deficit() < deficit * (1.0 - 1e-9) - 1e-12
+                {
                     complex.commit();
                     return true;
                 }
-            }
-            complex.rollback(mark);
-        }
-        let mark = complex.mark();
-        if split(complex, ground, [tet[i], tet[j]], &mut change).is_some() {
-            work.work_since(complex, ground, mark, TREATED);
-            if helped(complex, mark, least, deficit) {
-                complex.commit();
-                return true;
+                complex.rollback(mark);
             }
         }
-        complex.rollback(mark);
     }
     false
 }
 
-/// Whether what was done since `mark` leaves no tet worse than `least`, and less lacking to the floor than `deficit`.
-fn helped(complex: &Complex, mark: super::complex::Mark, least: f64, deficit: f64) -> bool {
-    complex.deficit() < deficit * (1.0 - 1e-9) - 1e-12 && complex.changed_since(mark).all(|t| complex.quality[t as usize] >= least)
+/// What is tried on an edge, though it may gain nothing by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Operation {
+    Flip,
+    Contraction,
+    Split,
 }
 
 /// How many edges are tried for each vertex too many or too few.
@@ -104,7 +123,8 @@ pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut W
                 split(complex, ground, [a, b], &mut change).is_some()
             };
             if done {
-                work.work_since(complex, ground, mark, TREATED);
+                // Nothing may fall below the floor; what is below it already may stay there.
+                work.work_since(complex, ground, mark, (TREATED, 0.0));
                 if complex.deficit() <= deficit * (1.0 + 1e-9) + 1e-15 {
                     complex.commit();
                     continue;

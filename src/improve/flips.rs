@@ -28,8 +28,6 @@ pub(super) struct Ring {
     pub tets: [u32; LARGEST_RING],
     /// Number of tets: one less than vertices where the edge is on the boundary.
     pub count: usize,
-    /// The least quality among the tets.
-    pub worst: f64,
 }
 
 impl Ring {
@@ -38,7 +36,6 @@ impl Ring {
         // For each tet, the other edge (x, y) such that (a, b, x, y) is positive.
         let mut links = [(NONE, NONE, NONE); LARGEST_RING];
         let mut count = 0;
-        let mut worst = f64::INFINITY;
         for &t in complex.star(a) {
             let tet = complex.tets[t as usize];
             if !tet.contains(&b) {
@@ -52,14 +49,13 @@ impl Ring {
             let (x, y) = if p == b { (q, r) } else if q == b { (r, p) } else { (p, q) };
             links[count] = (x, y, t);
             count += 1;
-            worst = complex.quality[t as usize].min(worst);
         }
         let links = &mut links[..count];
         // An open ring begins where no tet leads to.
         let first = (0..count).find(|&i| links.iter().all(|l| l.1 != links[i].0));
         let open = first.is_some();
         let mut at = links.get(first.unwrap_or(0))?.0;
-        let mut ring = Ring { vertices: [NONE; RING_VERTICES], length: 0, tets: [NONE; LARGEST_RING], count, worst };
+        let mut ring = Ring { vertices: [NONE; RING_VERTICES], length: 0, tets: [NONE; LARGEST_RING], count };
         for i in 0..count {
             let &(_, y, t) = links.iter().find(|l| l.0 == at)?;
             ring.vertices[i] = at;
@@ -85,13 +81,12 @@ struct Table {
     middle: [[u8; RING_VERTICES]; RING_VERTICES],
 }
 
-/// Works out the removal of edge (a, b), if all new tets would be better than `least` and than the worst one that goes.
+/// Works out the removal of edge (a, b), if all new tets would be better than `least`.
 pub(super) fn remove_edge(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], least: f64, change: &mut Change) -> bool {
     let Some(ring) = Ring::around(complex, a, b) else { return false };
     if ring.length < 3 && !ring.is_open() {
         return false;
     }
-    let least = least.max(ring.worst);
     let mut old_facets = [NONE; 2];
     if ring.is_open() {
         match closable(complex, ground, [a, b], &ring) {

@@ -56,38 +56,51 @@ impl Worklist {
         }
     }
 
-    /// Works the list off, or `most` tets of it. Every change is kept in the complex's log if `logged`.
-    pub(super) fn work(&mut self, complex: &mut Complex, ground: &Ground, most: usize, logged: bool) {
-        let mut last = None;
-        let mut treated = 0;
-        while treated < most
-            && let Some(Reverse((quality, t))) = self.heap.pop()
-        {
-            let stale = !complex.is_alive(t) || key(complex.quality[t as usize]) != quality;
-            // The same tet may be there several times.
-            if stale || last == Some((quality, t)) {
-                continue;
-            }
-            last = Some((quality, t));
-            treated += 1;
+    /// Works the list off.
+    pub(super) fn work(&mut self, complex: &mut Complex, ground: &Ground) {
+        while let Some(t) = self.next(complex) {
             if self.treat(complex, ground, t) {
-                last = None;
-                if !logged {
-                    complex.commit();
-                }
+                complex.commit();
             }
         }
     }
 
-    /// Makes what changed since `mark` the list, and works it off.
-    pub(super) fn work_since(&mut self, complex: &mut Complex, ground: &Ground, mark: Mark, most: usize) {
+    /// Makes what changed since `mark` the list, and works off `most` of it, without a commit. Whether every tet there is better
+    /// than `least` then; the first that is not and cannot be helped ends the work.
+    pub(super) fn work_since(
+        &mut self,
+        complex: &mut Complex,
+        ground: &Ground,
+        mark: Mark,
+        (most, least): (usize, f64),
+    ) -> bool {
         self.heap.clear();
         self.near.clear();
         for t in complex.changed_since(mark) {
             self.near.extend(complex.tets[t as usize]);
         }
         self.push_around(complex);
-        self.work(complex, ground, most, true);
+        for _ in 0..most {
+            let Some(t) = self.next(complex) else { break };
+            if !self.treat(complex, ground, t) && complex.quality[t as usize] <= least {
+                return false;
+            }
+        }
+        complex.changed_since(mark).all(|t| complex.quality[t as usize] > least)
+    }
+
+    /// The worst tet of the list.
+    fn next(&mut self, complex: &Complex) -> Option<u32> {
+        loop {
+            let Reverse((quality, t)) = self.heap.pop()?;
+            // The same tet may be there several times.
+            while self.heap.peek() == Some(&Reverse((quality, t))) {
+                self.heap.pop();
+            }
+            if complex.is_alive(t) && key(complex.quality[t as usize]) == quality {
+                return Some(t);
+            }
+        }
     }
 
     /// Improves the neighbourhood of one tet; whether that went.

@@ -8,8 +8,10 @@ use crate::geometry::triangle;
 use crate::surface::Surface;
 use crate::surface::features::Features;
 
-/// Facets may stray from the surface by this share of its diagonal; farther, only where they did before.
+/// Facets may stray from the surface by this share of its diagonal, or as far as all but so many of them do at the start;
+/// farther, only where they did before.
 const STRAY: f64 = 3e-4;
+const STRAYING: f64 = 0.1;
 
 /// A vertex of the surface that moves by a step may be brought back to the surface by at most this share of it.
 const LIFT: f64 = 0.5;
@@ -46,6 +48,19 @@ pub(super) struct Ground<'a> {
 impl<'a> Ground<'a> {
     pub(super) fn new(surface: &'a Surface, features: &'a Features) -> Ground<'a> {
         Ground { surface, features, limit: STRAY * surface.diagonal() }
+    }
+
+    /// Whether a corner of the surface is there.
+    pub(super) fn is_corner(&self, p: DVec3) -> bool {
+        self.features.corners.iter().any(|&v| self.surface.points()[v as usize] == p)
+    }
+
+    /// Learns from the facets at the start how far they may stray.
+    pub(super) fn measure(&mut self, facets: &[Facet]) {
+        let mut strays: Vec<f64> = facets.iter().map(|f| f.stray).collect();
+        strays.sort_unstable_by(f64::total_cmp);
+        let usual = strays.get((strays.len() as f64 * (1.0 - STRAYING)) as usize);
+        self.limit = self.limit.max(usual.copied().unwrap_or(0.0));
     }
 
     /// How far a facet strays: the distance of its centroid to the surface.

@@ -21,7 +21,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::params::Params;
+use crate::geometry::frame::snap;
+use crate::geometry::triangle;
+use crate::params::{Boundary, Params};
 use crate::progress::{Flow, Observer};
 use crate::seeds::{Anchor, SeedKind, Seeds};
 use crate::surface::Surface;
@@ -54,6 +56,9 @@ use complex::{Complex, Facet, Freedom, NONE, Vertex};
 use floor::Worklist;
 use ground::Ground;
 
+/// The quality that tets may fall to where a vertex is brought onto the surface (radians).
+const LEAST_SETTLED: f64 = 0.02;
+
 /// Rounds of the polish between attempts at the floor.
 const POLISH_ROUNDS: usize = 3;
 
@@ -67,8 +72,12 @@ pub fn improve(
     params: &Params,
     observer: &mut dyn Observer,
 ) {
-    let ground = Ground::new(surface, features);
+    let mut ground = Ground::new(surface, features);
     let mut complex = load(mesh, seeds, &ground);
+    ground.measure(&complex.facets);
+    if params.boundary == Boundary::Conform {
+        settle(&mut complex, &ground);
+    }
     complex.set_floor(params.min_dihedral.to_radians() + 1e-5);
     let mut work = Worklist::default();
     let trace = std::env::var("TETCVT_TRACE").is_ok();
@@ -84,15 +93,26 @@ pub fn improve(
     };
     say("start", &complex);
     work.fill(&complex);
-    work.work(&mut complex, &ground, usize::MAX, false);
+    work.work(&mut complex, &ground);
     say("floor", &complex);
     for _ in 0..POLISH_ROUNDS {
         work.polish(&mut complex, &ground);
         say("polish", &complex);
     }
+    release(&mut complex, &ground, params.feature_angle.to_radians());
     work.fill(&complex);
-    work.work(&mut complex, &ground, usize::MAX, false);
+    work.work(&mut complex, &ground);
     say("floor", &complex);
+    if trace && std::env::var("DIAG").is_ok() {
+        for &t in endgame::left(&complex).iter().take(40) {
+            let tet = complex.tets[t as usize];
+            let nf = (0..4).filter(|&i| complex.facet(complex.facet_of(t, i)).is_some()).count();
+            let faces: Vec<Vec<u32>> = tet.iter().map(|&v| { let mut f: Vec<u32> = complex.facets_of(v).iter().map(|&f| complex.facets[f as usize].face).collect(); f.sort(); f.dedup(); f }).collect();
+            let fr: Vec<String> = tet.iter().map(|&v| match complex.freedom[v as usize] { Freedom::Inside => "I".into(), Freedom::Surface(t) => format!("S{}", ground.features.face[t as usize]), Freedom::Curve(c,_) => format!("C{c}"), Freedom::Fixed => "F".into() }).collect();
+            let ext = measure::extremes(complex.corners(tet)).unwrap_or([0.0, 9.0]).map(f64::to_degrees);
+            eprintln!("  {:.2} [{:.1} {:.1}] facets {nf} {fr:?} faces {faces:?}", complex.quality[t as usize].to_degrees(), ext[0], ext[1]);
+        }
+    }
     endgame::run(&mut complex, &ground, &mut work, 2000);
     say("endgame", &complex);
     endgame::restore_count(&mut complex, &ground, &mut work, mesh.points.len());
@@ -137,6 +157,67 @@ fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
         })
         .collect();
     Complex::new(vertices, mesh.tets.clone(), facets)
+}
+
+/// Brings vertices that the boundary has without their being bound to the surface onto it, where their tets stay positive.
+fn settle(complex: &mut Complex, ground: &Ground) {
+    let loose: Vec<u32> = (0..complex.points.len() as u32)
+        .filter(|&v| complex.freedom[v as usize] == Freedom::Fixed && !ground.is_corner(complex.points[v as usize]))
+        .collect();
+    for v in loose {
+        let closest = ground.surface.tree().closest(complex.points[v as usize]);
+        let face = ground.features.face[closest.triangle as usize];
+        let facets: Vec<u32> = complex.facets_of(v).to_vec();
+        let normal = ground.surface.normal2(closest.triangle);
+        let fits = |&f: &u32| {
+            let [a, b, c] = complex.corners(complex.facets[f as usize].vertices);
+            complex.facets[f as usize].face == face && triangle::normal2(a, b, c).dot(normal) > 0.0
+        };
+        if !facets.iter().all(fits) {
+            continue;
+        }
+        let mark = complex.mark();
+        let worst = |complex: &Complex| {
+            complex.star(v).iter().map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min)
+        };
+        complex.move_vertex(v, snap(closest.point), Freedom::Surface(closest.triangle));
+        if worst(complex) < LEAST_SETTLED {
+            complex.rollback(mark);
+            continue;
+        }
+        for f in facets {
+            let stray = ground.stray(complex.corners(complex.facets[f as usize].vertices));
+            complex.set_stray(f, stray);
+        }
+        complex.commit();
+    }
+}
+
+/// Lets vertices of corners and creases slide on the surface where they keep a tet below the floor and the boundary shows no
+/// crease there: what is finer than the spacing, as the noise of scans is, the mesh cannot follow anyway.
+fn release(complex: &mut Complex, ground: &Ground, feature_angle: f64) {
+    for v in 0..complex.points.len() as u32 {
+        let bound = matches!(complex.freedom[v as usize], Freedom::Fixed | Freedom::Curve(..));
+        let low = |&t: &u32| complex.quality[t as usize] < complex.floor();
+        if !bound || !complex.on_boundary(v) || !complex.star(v).iter().any(low) {
+            continue;
+        }
+        let facets = complex.facets_of(v);
+        let face = complex.facets[facets[0] as usize].face;
+        let normals: Vec<DVec3> = facets
+            .iter()
+            .map(|&f| {
+                let [a, b, c] = complex.corners(complex.facets[f as usize].vertices);
+                triangle::normal2(a, b, c)
+            })
+            .collect();
+        let smooth = facets.iter().all(|&f| complex.facets[f as usize].face == face)
+            && normals.iter().all(|n| normals.iter().all(|m| measure::acos(n.dot(*m) / (n.length() * m.length())) < feature_angle));
+        let closest = ground.surface.tree().closest(complex.points[v as usize]);
+        if smooth && ground.features.face[closest.triangle as usize] == face {
+            complex.freedom[v as usize] = Freedom::Surface(closest.triangle);
+        }
+    }
 }
 
 /// Brings the improved mesh back into model units; what has not changed stays as it was, to the last bit.
