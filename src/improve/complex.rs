@@ -71,6 +71,8 @@ pub(super) struct Complex {
     /// Quality of each tet.
     pub quality: Vec<f64>,
     pub facets: Vec<Facet>,
+    /// Edges on creases, their lesser end first, ascending: they stay.
+    creases: Vec<[u32; 2]>,
     tet_stars: Stars,
     facet_stars: Stars,
     free_tets: Vec<u32>,
@@ -106,6 +108,7 @@ impl Complex {
             tets,
             quality,
             facets,
+            creases: Vec::new(),
             free_tets: Vec::new(),
             free_facets: Vec::new(),
             free_vertices: Vec::new(),
@@ -113,6 +116,34 @@ impl Complex {
             floor: 0.0,
             deficit: 0.0,
         }
+    }
+
+    /// Makes those of `edges` that are edges of the boundary creases, which stay.
+    pub(super) fn set_creases(&mut self, edges: impl Iterator<Item = [u32; 2]>) {
+        let on_boundary = |&[a, b]: &[u32; 2]| {
+            self.facets_of(a).iter().any(|&f| self.facets[f as usize].vertices.contains(&b))
+        };
+        let mut creases: Vec<[u32; 2]> = edges.filter(on_boundary).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        creases.sort_unstable();
+        creases.dedup();
+        self.creases = creases;
+    }
+
+    /// Forgets the creases that do not end at vertices bound to them on both sides any more.
+    pub(super) fn retain_creases(&mut self) {
+        let freedom = &self.freedom;
+        let bound = |v: u32| matches!(freedom[v as usize], Freedom::Curve(..) | Freedom::Fixed);
+        self.creases.retain(|&[a, b]| bound(a) && bound(b));
+    }
+
+    /// Whether the edge between two vertices is a crease.
+    pub(super) fn is_crease(&self, a: u32, b: u32) -> bool {
+        self.creases.binary_search(&[a.min(b), a.max(b)]).is_ok()
+    }
+
+    /// The vertices next to `v` along creases.
+    pub(super) fn along_creases(&self, v: u32) -> impl Iterator<Item = u32> {
+        self.creases.iter().filter(move |e| e.contains(&v)).map(move |e| e[0] ^ e[1] ^ v)
     }
 
     /// Sets the quality that every tet should have.
@@ -142,11 +173,6 @@ impl Complex {
     /// Number of vertices in use.
     pub(super) fn vertex_count(&self) -> usize {
         self.points.len() - self.free_vertices.len()
-    }
-
-    /// Number of tets.
-    pub(super) fn tet_count(&self) -> usize {
-        self.tets.len() - self.free_tets.len()
     }
 
     /// The tets around vertex `v`.

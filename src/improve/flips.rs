@@ -89,7 +89,7 @@ pub(super) fn remove_edge(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], 
     }
     let mut old_facets = [NONE; 2];
     if ring.is_open() {
-        match closable(complex, ground, [a, b], &ring) {
+        match closable(complex, [a, b], &ring) {
             Some(facets) => old_facets = facets,
             None => return false,
         }
@@ -112,8 +112,8 @@ pub(super) fn remove_edge(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], 
 }
 
 /// The two boundary facets of an open ring's edge, if the edge is no crease and its other diagonal is free.
-fn closable(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], ring: &Ring) -> Option<[u32; 2]> {
-    if ground.may_be_crease(complex, a, b) {
+fn closable(complex: &Complex, [a, b]: [u32; 2], ring: &Ring) -> Option<[u32; 2]> {
+    if complex.is_crease(a, b) {
         return None;
     }
     let (first, last) = (ring.vertices[0], ring.vertices[ring.length - 1]);

@@ -11,7 +11,7 @@ use crate::surface::features::Features;
 /// Facets may stray from the surface by this share of its diagonal, or as far as all but so many of them do at the start;
 /// farther, only where they did before.
 const STRAY: f64 = 3e-4;
-const STRAYING: f64 = 0.1;
+const STRAYING: f64 = 0.03;
 
 /// A vertex of the surface that moves by a step may be brought back to the surface by at most this share of it.
 const LIFT: f64 = 0.5;
@@ -50,9 +50,16 @@ impl<'a> Ground<'a> {
         Ground { surface, features, limit: STRAY * surface.diagonal() }
     }
 
-    /// Whether a corner of the surface is there.
-    pub(super) fn is_corner(&self, p: DVec3) -> bool {
-        self.features.corners.iter().any(|&v| self.surface.points()[v as usize] == p)
+    /// A triangle of a smooth part of the surface that holds `p`.
+    pub(super) fn triangle_at(&self, p: DVec3, face: u32) -> Option<u32> {
+        let reach = DVec3::splat(1e-12);
+        let mut found: Option<u32> = None;
+        self.surface.tree().near_box(p - reach, p + reach, |t| {
+            if self.features.face[t as usize] == face && found.is_none_or(|f| t < f) {
+                found = Some(t);
+            }
+        });
+        found.filter(|&t| triangle::closest_point(self.surface.corners(t), p).distance(p) <= reach.x)
     }
 
     /// Learns from the facets at the start how far they may stray.
@@ -125,13 +132,10 @@ impl<'a> Ground<'a> {
             return None;
         }
         let p = snap(curve.point_at(to, self.surface.points()));
-        let mut next: Vec<u32> = complex.facets_of(v).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
-        next.sort_unstable();
-        next.dedup();
-        for w in next {
+        for w in complex.along_creases(v) {
             let Some(end) = self.arc_of(complex, number, w, to) else { continue };
             let (before, after) = (self.bulge(number, at, end), self.bulge(number, to, end));
-            if w != v && after > before.max(0.1 * self.limit) {
+            if after > before.max(0.1 * self.limit) {
                 return None;
             }
         }
@@ -167,12 +171,6 @@ impl<'a> Ground<'a> {
         let range = curve.arc.partition_point(|&s| s <= low)..curve.arc.partition_point(|&s| s < high);
         let between = curve.vertices.get(range).unwrap_or(&[]);
         between.iter().map(|&u| points[u as usize]).map(|p| triangle::closest_on_segment(a, b, p).distance(p)).fold(0.0, f64::max)
-    }
-
-    /// Whether the edge between two boundary vertices may be a piece of a crease, and must stay.
-    pub(super) fn may_be_crease(&self, complex: &Complex, a: u32, b: u32) -> bool {
-        let bound = |v: u32| matches!(complex.freedom[v as usize], Freedom::Curve(..) | Freedom::Fixed);
-        bound(a) && bound(b)
     }
 
     /// A new facet, unless it strays too far or turns away from what it replaces.

@@ -18,61 +18,62 @@ pub(super) const INVERTED: f64 = -1.0;
 const FLAT: f64 = 1e-9;
 
 /// The arc cosine.
+#[inline]
 pub(super) fn acos(x: f64) -> f64 {
     let positive = acos_positive(x.abs().min(1.0));
     if x < 0.0 { PI - positive } else { positive }
 }
 
+#[inline]
 fn acos_positive(x: f64) -> f64 {
-    const C: [f64; 8] = [
-        1.570_796_305_0,
-        -0.214_598_801_6,
-        0.088_978_987_4,
-        -0.050_174_304_6,
-        0.030_891_881_0,
-        -0.017_088_125_6,
-        0.006_670_090_1,
-        -0.001_262_491_1,
-    ];
-    (1.0 - x).sqrt() * C.iter().rev().fold(0.0, |sum, &c| sum * x + c)
+    let low = 1.570_796_305_0 + x * (-0.214_598_801_6 + x * (0.088_978_987_4 - 0.050_174_304_6 * x));
+    let high = 0.030_891_881_0 + x * (-0.017_088_125_6 + x * (0.006_670_090_1 - 0.001_262_491_1 * x));
+    let x2 = x * x;
+    (1.0 - x).sqrt() * (low + x2 * x2 * high)
+}
+
+#[inline]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn most(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Smallest and largest dihedral angle of tet (a, b, c, d); `None` where it is flat or inverted.
+#[inline]
 pub(super) fn extremes([a, b, c, d]: [DVec3; 4]) -> Option<[f64; 2]> {
     let (u, v, w) = (b - a, c - a, d - a);
     // Outward normals, twice the facets' area long; they sum to zero.
     let (nb, nc, nd) = (w.cross(v), u.cross(w), v.cross(u));
     let volume6 = -nd.dot(w);
-    let longest2 = u.length_squared().max(v.length_squared()).max(w.length_squared());
+    let longest2 = most(most(u.length_squared(), v.length_squared()), w.length_squared());
     if volume6.is_nan() || volume6 <= FLAT * longest2 * longest2.sqrt() {
         return None;
     }
     let na = -(nb + nc + nd);
-    let [ra, rb, rc, rd] = [na, nb, nc, nd].map(|n| n.length_squared().sqrt().recip());
-    let cosines = [
-        na.dot(nb) * (ra * rb),
-        na.dot(nc) * (ra * rc),
-        na.dot(nd) * (ra * rd),
-        nb.dot(nc) * (rb * rc),
-        nb.dot(nd) * (rb * rd),
-        nc.dot(nd) * (rc * rd),
-    ];
+    let ra = na.length_squared().sqrt().recip();
+    let rb = nb.length_squared().sqrt().recip();
+    let rc = nc.length_squared().sqrt().recip();
+    let rd = nd.length_squared().sqrt().recip();
     // The normals are outward: these are the cosines of the angles outside.
-    let mut low = cosines[0];
-    let mut high = cosines[0];
-    for x in cosines {
-        low = if x < low { x } else { low };
-        high = if x > high { x } else { high };
-    }
+    let (ab, ac, ad) = (na.dot(nb) * (ra * rb), na.dot(nc) * (ra * rc), na.dot(nd) * (ra * rd));
+    let (bc, bd, cd) = (nb.dot(nc) * (rb * rc), nb.dot(nd) * (rb * rd), nc.dot(nd) * (rc * rd));
+    let low = least(least(least(ab, ac), least(ad, bc)), least(bd, cd));
+    let high = most(most(most(ab, ac), most(ad, bc)), most(bd, cd));
     Some([acos(-low), acos(-high)])
 }
 
 /// The quality of tet (a, b, c, d); [`INVERTED`] where it is flat or inverted.
+#[inline]
 pub(super) fn quality(corners: [DVec3; 4]) -> f64 {
     extremes(corners).map_or(INVERTED, combined)
 }
 
 /// The quality of a tet with these smallest and largest dihedral angles.
+#[inline]
 pub(super) fn combined([smallest, largest]: [f64; 2]) -> f64 {
     smallest.min(LARGE_WEIGHT * (PI - largest))
 }
@@ -89,6 +90,7 @@ pub(super) struct Angle {
 /// The angle at an edge grows with the way of a far corner of one of its facets along that facet's outward normal, over the
 /// corner's distance to the edge; and as no common shift of the four corners changes the angle, the gradients by the edge's ends
 /// are minus those of the far corners, shared as the feet of these on the edge are.
+#[inline]
 pub(super) fn angles(p: DVec3, [a, b, c]: [DVec3; 3]) -> [Angle; 6] {
     let (u, v, w) = (a - p, b - p, c - p);
     let (na, nb, nc, np) = (w.cross(v), u.cross(w), v.cross(u), (b - a).cross(c - a));

@@ -27,7 +27,7 @@ use crate::params::{Boundary, Params};
 use crate::progress::{Flow, Observer};
 use crate::seeds::{Anchor, SeedKind, Seeds};
 use crate::surface::Surface;
-use crate::surface::features::Features;
+use crate::surface::features::{Curve, Features};
 use crate::tet_mesh::{BoundaryTriangle, TetMesh};
 
 mod change;
@@ -60,7 +60,7 @@ use ground::Ground;
 const LEAST_SETTLED: f64 = 0.02;
 
 /// Rounds of the polish between attempts at the floor.
-const POLISH_ROUNDS: usize = 3;
+const POLISH_ROUNDS: usize = 2;
 
 /// Raises the dihedral angles of `mesh`, made from `seeds`, to the floor of the parameters where that is possible.
 ///
@@ -75,8 +75,10 @@ pub fn improve(
     let mut ground = Ground::new(surface, features);
     let mut complex = load(mesh, seeds, &ground);
     ground.measure(&complex.facets);
+    let creases = crease_edges(&complex, &ground);
+    complex.set_creases(creases.into_iter());
     if params.boundary == Boundary::Conform {
-        settle(&mut complex, &ground);
+        settle(&mut complex, &ground, &mesh.kinds);
     }
     complex.set_floor(params.min_dihedral.to_radians() + 1e-5);
     let mut work = Worklist::default();
@@ -99,10 +101,12 @@ pub fn improve(
         work.polish(&mut complex, &ground);
         say("polish", &complex);
     }
-    release(&mut complex, &ground, params.feature_angle.to_radians());
+    release(&mut complex, &ground);
     work.fill(&complex);
     work.work(&mut complex, &ground);
     say("floor", &complex);
+    endgame::run(&mut complex, &ground, &mut work, 2000);
+    say("endgame", &complex);
     if trace && std::env::var("DIAG").is_ok() {
         for &t in endgame::left(&complex).iter().take(40) {
             let tet = complex.tets[t as usize];
@@ -113,14 +117,10 @@ pub fn improve(
             eprintln!("  {:.2} [{:.1} {:.1}] facets {nf} {fr:?} faces {faces:?}", complex.quality[t as usize].to_degrees(), ext[0], ext[1]);
         }
     }
-    endgame::run(&mut complex, &ground, &mut work, 2000);
-    say("endgame", &complex);
     endgame::restore_count(&mut complex, &ground, &mut work, mesh.points.len());
     say("count", &complex);
-    for _ in 0..POLISH_ROUNDS {
-        work.polish(&mut complex, &ground);
-        say("polish", &complex);
-    }
+    work.polish(&mut complex, &ground);
+    say("polish", &complex);
     let _ = (Flow::Stop, observer);
     store(mesh, &complex, &ground);
 }
@@ -160,9 +160,9 @@ fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
 }
 
 /// Brings vertices that the boundary has without their being bound to the surface onto it, where their tets stay positive.
-fn settle(complex: &mut Complex, ground: &Ground) {
+fn settle(complex: &mut Complex, ground: &Ground, kinds: &[SeedKind]) {
     let loose: Vec<u32> = (0..complex.points.len() as u32)
-        .filter(|&v| complex.freedom[v as usize] == Freedom::Fixed && !ground.is_corner(complex.points[v as usize]))
+        .filter(|&v| complex.freedom[v as usize] == Freedom::Fixed && kinds[v as usize] == SeedKind::Interior)
         .collect();
     for v in loose {
         let closest = ground.surface.tree().closest(complex.points[v as usize]);
@@ -193,9 +193,9 @@ fn settle(complex: &mut Complex, ground: &Ground) {
     }
 }
 
-/// Lets vertices of corners and creases slide on the surface where they keep a tet below the floor and the boundary shows no
-/// crease there: what is finer than the spacing, as the noise of scans is, the mesh cannot follow anyway.
-fn release(complex: &mut Complex, ground: &Ground, feature_angle: f64) {
+/// Lets vertices of corners and creases slide on the surface where they keep a tet below the floor and no crease of the mesh
+/// parts two patches there: what is finer than the spacing, as the noise of scans is, the mesh cannot follow anyway.
+fn release(complex: &mut Complex, ground: &Ground) {
     for v in 0..complex.points.len() as u32 {
         let bound = matches!(complex.freedom[v as usize], Freedom::Fixed | Freedom::Curve(..));
         let low = |&t: &u32| complex.quality[t as usize] < complex.floor();
@@ -204,20 +204,58 @@ fn release(complex: &mut Complex, ground: &Ground, feature_angle: f64) {
         }
         let facets = complex.facets_of(v);
         let face = complex.facets[facets[0] as usize].face;
-        let normals: Vec<DVec3> = facets
-            .iter()
-            .map(|&f| {
-                let [a, b, c] = complex.corners(complex.facets[f as usize].vertices);
-                triangle::normal2(a, b, c)
-            })
-            .collect();
-        let smooth = facets.iter().all(|&f| complex.facets[f as usize].face == face)
-            && normals.iter().all(|n| normals.iter().all(|m| measure::acos(n.dot(*m) / (n.length() * m.length())) < feature_angle));
-        let closest = ground.surface.tree().closest(complex.points[v as usize]);
-        if smooth && ground.features.face[closest.triangle as usize] == face {
-            complex.freedom[v as usize] = Freedom::Surface(closest.triangle);
+        if facets.iter().any(|&f| complex.facets[f as usize].face != face) || is_tip(complex, ground, v) {
+            continue;
+        }
+        if let Some(triangle) = ground.triangle_at(complex.points[v as usize], face) {
+            complex.freedom[v as usize] = Freedom::Surface(triangle);
         }
     }
+    complex.retain_creases();
+}
+
+/// Whether a corner is the tip of a cone, where no crease ends.
+fn is_tip(complex: &Complex, ground: &Ground, v: u32) -> bool {
+    let here = complex.points[v as usize];
+    let at = |&u: &u32| ground.surface.points()[u as usize] == here;
+    let ends = |c: &Curve| at(&c.vertices[0]) || at(&c.vertices[c.vertices.len() - 1]);
+    complex.freedom[v as usize] == Freedom::Fixed && !ground.features.curves.iter().any(ends)
+}
+
+/// Pairs of vertices next to each other on a crease.
+fn crease_edges(complex: &Complex, ground: &Ground) -> Vec<[u32; 2]> {
+    let Features { corners, curves, .. } = ground.features;
+    let mut chains: Vec<Vec<(f64, u32)>> = vec![Vec::new(); curves.len()];
+    let mut at_corner = vec![NONE; corners.len()];
+    let mut position: Vec<(DVec3, usize)> =
+        corners.iter().enumerate().map(|(i, &c)| (ground.surface.points()[c as usize], i)).collect();
+    let order = |p: DVec3, q: DVec3| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z));
+    position.sort_by(|a, b| order(a.0, b.0));
+    for (v, freedom) in (0..).zip(&complex.freedom) {
+        match *freedom {
+            Freedom::Curve(curve, at) => chains[curve as usize].push((at, v)),
+            Freedom::Fixed => {
+                if let Ok(i) = position.binary_search_by(|c| order(c.0, complex.points[v as usize])) {
+                    at_corner[position[i].1] = v;
+                }
+            }
+            _ => {}
+        }
+    }
+    let corner = |v: u32| corners.binary_search(&v).ok().map(|i| at_corner[i]).filter(|&v| v != NONE);
+    let mut edges = Vec::new();
+    for (curve, mut chain) in curves.iter().zip(chains) {
+        let last = curve.vertices[curve.vertices.len() - 1];
+        chain.extend(corner(curve.vertices[0]).map(|v| (0.0, v)));
+        chain.extend(corner(last).map(|v| (curve.length(), v)));
+        chain.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        edges.extend(chain.windows(2).map(|w| [w[0].1, w[1].1]));
+        if let (true, [first, .., last]) = (curve.is_closed(), &chain[..]) {
+            edges.push([first.1, last.1]);
+        }
+    }
+    edges.retain(|[a, b]| a != b);
+    edges
 }
 
 /// Brings the improved mesh back into model units; what has not changed stays as it was, to the last bit.

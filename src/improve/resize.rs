@@ -10,7 +10,7 @@ use super::measure;
 use crate::geometry::frame::snap;
 use crate::geometry::tetrahedron::FACETS;
 
-/// Splits edge (a, b) in the middle; the new vertex, unless a tet would be flat or a facet stray.
+/// Splits edge (a, b), which must not be a crease, in the middle; the new vertex, unless a tet would be flat or a facet stray.
 pub(super) fn split(complex: &mut Complex, ground: &Ground, [a, b]: [u32; 2], change: &mut Change) -> Option<u32> {
     let facets: Vec<u32> = complex
         .facets_of(a)
@@ -52,26 +52,12 @@ pub(super) fn split(complex: &mut Complex, ground: &Ground, [a, b]: [u32; 2], ch
 fn middle(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], facets: &[u32]) -> Option<(DVec3, Freedom)> {
     let half = (complex.points[a as usize] + complex.points[b as usize]) * 0.5;
     let &[f, g] = facets else { return Some((snap(half), Freedom::Inside)) };
-    if ground.may_be_crease(complex, a, b) || complex.facets[f as usize].face != complex.facets[g as usize].face {
-        return crease_middle(complex, ground, [a, b]);
+    if complex.is_crease(a, b) || complex.facets[f as usize].face != complex.facets[g as usize].face {
+        return None;
     }
     let closest = ground.surface.tree().closest(half);
     let same = ground.features.face[closest.triangle as usize] == complex.facets[f as usize].face;
     same.then_some((snap(closest.point), Freedom::Surface(closest.triangle)))
-}
-
-/// The middle of a stretch between two vertices of one crease.
-fn crease_middle(complex: &Complex, ground: &Ground, [a, b]: [u32; 2]) -> Option<(DVec3, Freedom)> {
-    let (Freedom::Curve(curve, s), Freedom::Curve(other, t)) = (complex.freedom[a as usize], complex.freedom[b as usize])
-    else {
-        return None;
-    };
-    let line = &ground.features.curves[curve as usize];
-    if curve != other || (line.is_closed() && (s - t).abs() > 0.5 * line.length()) {
-        return None;
-    }
-    let at = 0.5 * (s + t);
-    Some((snap(line.point_at(at, ground.surface.points())), Freedom::Curve(curve, at)))
 }
 
 /// Contracts edge (a, b) to `b`, if every tet that changes is better than `least`.
