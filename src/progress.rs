@@ -76,6 +76,11 @@ pub trait Observer: Send {
         Flow::Continue
     }
 
+    /// A pass of the improvement is about to begin, with so many tets below its floor.
+    fn improving(&mut self, _below: usize) -> Flow {
+        Flow::Continue
+    }
+
     /// The whole Delaunay triangulation at the end, before extraction.
     fn triangulation(&mut self, _delaunay: &Delaunay, _frame: &Frame) {}
 }

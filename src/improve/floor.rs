@@ -28,8 +28,18 @@ fn key(quality: f64) -> u64 {
 }
 
 impl Worklist {
+    /// Works off all tets below the floor.
+    pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground) {
+        self.fill(complex);
+        while let Some(t) = self.next(complex) {
+            if self.treat(complex, ground, t) {
+                complex.commit();
+            }
+        }
+    }
+
     /// All tets below the floor.
-    pub(super) fn fill(&mut self, complex: &Complex) {
+    fn fill(&mut self, complex: &Complex) {
         self.heap.clear();
         for t in 0..complex.tets.len() as u32 {
             if complex.is_alive(t) {
@@ -52,15 +62,6 @@ impl Worklist {
         for k in 0..self.near.len() {
             for &t in complex.star(self.near[k]) {
                 self.push(complex, t);
-            }
-        }
-    }
-
-    /// Works the list off.
-    pub(super) fn work(&mut self, complex: &mut Complex, ground: &Ground) {
-        while let Some(t) = self.next(complex) {
-            if self.treat(complex, ground, t) {
-                complex.commit();
             }
         }
     }
