@@ -71,7 +71,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     let started = Instant::now();
     if params.improve {
         observer.stage(Stage::Improve);
-        improve::improve(&mut mesh, relaxation.seeds(), (surface, &features), params, observer);
+        mesh.improved = improve::improve(&mut mesh, relaxation.seeds(), (surface, &features), params, observer);
     }
     let improve_s = started.elapsed().as_secs_f64();
 

@@ -60,6 +60,8 @@ pub struct TetMesh {
     pub steps: Vec<Step>,
     /// Why the iterations ended, for a human.
     pub stopped: String,
+    /// What became of the floor for dihedral angles, for a human; empty where none was aimed at.
+    pub improved: String,
     /// Where the time went.
     pub times: StageTimes,
 }

@@ -81,6 +81,7 @@ fn execute(job: &Job, started: Instant) -> Result<(), Error> {
         time: TimeReport { read, check, ..TimeReport::of(&mesh.times) },
         memory: MemoryReport::default(),
         stopped: mesh.stopped.clone(),
+        improved: mesh.improved.clone(),
         notes: watched.notes.clone(),
         iterations: mesh.steps.clone(),
     };

@@ -158,6 +158,11 @@ impl Observer for Watcher {
         if self.interrupt.came() { Flow::Stop } else { Flow::Continue }
     }
 
+    fn improving(&mut self, below: usize) -> Flow {
+        self.tell(Verbosity::Verbose, &format!("improvement: {below} tets below the floor"));
+        if self.interrupt.came() { Flow::Stop } else { Flow::Continue }
+    }
+
     fn triangulation(&mut self, delaunay: &Delaunay, frame: &Frame) {
         if let Some(path) = self.delaunay_path.take() {
             self.delaunay = self.attempt(|watcher| vtk::write_delaunay(&path, delaunay, frame, watcher.seeds));

@@ -54,6 +54,7 @@ pub fn mesh(sampling: &Sampling, inside: &[bool]) -> TetMesh {
         boundary: triangles,
         steps: Vec::new(),
         stopped: String::new(),
+        improved: String::new(),
         times: StageTimes::default(),
     }
 }

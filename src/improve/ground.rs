@@ -8,9 +8,10 @@ use crate::geometry::triangle;
 use crate::surface::Surface;
 use crate::surface::features::Features;
 
-/// Facets may stray from the surface by this share of its diagonal, or as far as all but so many of them do at the start;
-/// farther, only where they did before.
+/// Facets may stray from the surface by this share of its diagonal; farther, only where they did before.
 const STRAY: f64 = 3e-4;
+
+/// For the few tets that this leaves below the floor: as far as all but this share of the facets do at the start.
 const STRAYING: f64 = 0.03;
 
 /// A vertex of the surface that moves by a step may be brought back to the surface by at most this share of it.
@@ -39,6 +40,7 @@ impl Tangent {
 }
 
 /// The surface and its features.
+#[derive(Clone, Copy)]
 pub(super) struct Ground<'a> {
     pub surface: &'a Surface,
     pub features: &'a Features,
@@ -62,12 +64,12 @@ impl<'a> Ground<'a> {
         found.filter(|&t| triangle::closest_point(self.surface.corners(t), p).distance(p) <= reach.x)
     }
 
-    /// Learns from the facets at the start how far they may stray.
-    pub(super) fn measure(&mut self, facets: &[Facet]) {
+    /// The same, with a bound that leaves more room: as far as most of `facets` stray.
+    pub(super) fn loosened(&self, facets: &[Facet]) -> Ground<'a> {
         let mut strays: Vec<f64> = facets.iter().map(|f| f.stray).collect();
         strays.sort_unstable_by(f64::total_cmp);
         let usual = strays.get((strays.len() as f64 * (1.0 - STRAYING)) as usize);
-        self.limit = self.limit.max(usual.copied().unwrap_or(0.0));
+        Ground { limit: self.limit.max(usual.copied().unwrap_or(0.0)), ..*self }
     }
 
     /// How far a facet strays: the distance of its centroid to the surface.

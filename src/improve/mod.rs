@@ -80,9 +80,8 @@ pub fn improve(
     params: &Params,
     observer: &mut dyn Observer,
 ) -> String {
-    let mut ground = Ground::new(surface, features);
+    let ground = Ground::new(surface, features);
     let mut complex = bind::load(mesh, seeds, &ground);
-    ground.measure(&complex.facets);
     let creases = bind::crease_edges(&complex, &ground);
     complex.set_creases(creases.into_iter());
     if params.boundary == Boundary::Conform {
@@ -118,8 +117,9 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         work.polish(complex, ground);
     }
     // 3.
+    let loose = &ground.loosened(&complex.facets);
     bind::release(complex, ground);
-    work.run(complex, ground);
+    work.run(complex, loose);
     // 4.
     let most = ((complex.tets.len() as f64 * ENDGAME_SHARE) as usize).max(ENDGAME_LEAST);
     for _ in 0..ENDGAMES {
@@ -127,12 +127,12 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
             return;
         }
         let before = complex.clone();
-        endgame::run(complex, ground, work, most);
+        endgame::run(complex, loose, work, most);
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
         }
         work.polish(complex, ground);
-        work.run(complex, ground);
+        work.run(complex, loose);
     }
     goes_on(complex);
 }

@@ -33,6 +33,8 @@ pub struct Report {
     pub memory: MemoryReport,
     /// Why the iterations ended.
     pub stopped: String,
+    /// What became of the floor for dihedral angles; empty where none was aimed at.
+    pub improved: String,
     /// What a user should know: repairs, fall-backs, doubts.
     pub notes: Vec<String>,
     /// What each iteration did.
