@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::extract::{Proposal, Sampling};
 use crate::geometry::tetrahedron::FACETS;
 use crate::geometry::triangle::{centroid, normal2};
+use crate::seeds::Anchor;
 
 /// The share of the volume that may be lost or gained.
 const TOLERATED: f64 = 0.0045;
@@ -60,7 +61,12 @@ fn losses_of<'a>(sampling: &'a Sampling, inside: &'a [bool], t: u32) -> impl Ite
         let closest = sampling.surface.tree().closest(middle);
         let edge = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
         Loss {
-            proposal: Proposal { place: closest.point, triangle: closest.triangle, size: FINER * edge, replaces: None },
+            proposal: Proposal {
+                place: closest.point,
+                anchor: Anchor::Surface { triangle: closest.triangle },
+                size: FINER * edge,
+                replaces: None,
+            },
             volume: volume_between(normal2(a, b, c), closest.point - middle),
         }
     })

@@ -32,6 +32,9 @@ const PIT_ROUNDS: usize = 12;
 const FIDELITY_ROUNDS: usize = 3;
 const FIDELITY_SMOOTHING: usize = 2;
 
+/// Rounds that also split the edges of creases that the mesh lacks.
+const CREASE_ROUNDS: usize = 10;
+
 /// Rounds after which a seed that is still in no tet goes elsewhere.
 const PATIENT_ROUNDS: usize = 3;
 
@@ -93,7 +96,9 @@ pub fn until_valid(
             defects.retain(|d| d.kind.is_fatal() || (pits && extract::is_pit(&sampling, d)));
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
-        let proposals = proposals(relaxation, &sampling, &defects, round);
+        let mut proposals = proposals(relaxation, &sampling, &defects, round);
+        let splits = if round < CREASE_ROUNDS { splits(relaxation, &sampling, &labels) } else { Vec::new() };
+        proposals.extend_from_slice(&splits);
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
         }
@@ -108,7 +113,7 @@ pub fn until_valid(
         if donors.is_empty() {
             return Ok(labels);
         }
-        observer.note(&note(round, &defects, donors.len()));
+        observer.note(&note(round, &defects, splits.len(), donors.len()));
         insert(relaxation, params, donors, observer)?;
         if !interrupted {
             let left = params.iterations.saturating_sub(relaxation.iterations());
@@ -130,6 +135,21 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     found
 }
 
+/// Where to put seeds on creases that the boundary of the tets `inside` does not contain.
+fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+    let boundary = extract::boundary::Boundary::of(&sampling.complex, inside);
+    let mut edges: Vec<[u32; 2]> = boundary
+        .triangles
+        .iter()
+        .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let splits = relaxation.crease_splits(|a, b| edges.binary_search(&[a.min(b), a.max(b)]).is_ok());
+    splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
+}
+
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.
 fn moved_away(relaxation: &Relaxation, unused: &[Defect]) -> Vec<Proposal> {
     let seeds = relaxation.seeds();
@@ -141,8 +161,8 @@ fn moved_away(relaxation: &Relaxation, unused: &[Defect]) -> Vec<Proposal> {
         let Some(defect) = unused.get(found.len()) else { break };
         let far = |p: DVec3| p.distance(crossing.point) > 2.0 * seeds.spacing;
         if unused.iter().all(|d| far(d.place)) && found.iter().all(|p| far(p.place)) {
-            let (place, triangle) = (crossing.point, crossing.triangle);
-            found.push(Proposal { place, triangle, size: seeds.spacing, replaces: Some(defect.seeds[0]) });
+            let (place, anchor) = (crossing.point, Anchor::Surface { triangle: crossing.triangle });
+            found.push(Proposal { place, anchor, size: seeds.spacing, replaces: Some(defect.seeds[0]) });
         }
     }
     found
@@ -161,7 +181,7 @@ fn insert(
         seeds.positions.iter().copied().zip(seeds.anchors.iter().copied()).collect();
     for (donor, proposal) in donors {
         let anchor = match params.boundary {
-            Boundary::Conform => Anchor::Surface { triangle: proposal.triangle },
+            Boundary::Conform => proposal.anchor,
             Boundary::Free => Anchor::Interior,
         };
         targets[donor as usize] = (snap(proposal.place), anchor);
@@ -219,8 +239,11 @@ fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) 
     found
 }
 
-fn note(round: usize, defects: &[Defect], moved: usize) -> String {
+fn note(round: usize, defects: &[Defect], splits: usize, moved: usize) -> String {
     let mut kinds: Vec<(&str, usize)> = Vec::new();
+    if splits > 0 {
+        kinds.push(("a crease without its edge", splits));
+    }
     for defect in defects {
         match kinds.iter_mut().find(|k| k.0 == defect.kind.describe()) {
             Some(kind) => kind.1 += 1,

@@ -15,7 +15,7 @@ use tetcvt::extract::{DefectKind, Sampling, defects, label, mend, mesh, proposal
 use tetcvt::geometry::frame::snap;
 use tetcvt::geometry::tetrahedron::{FACETS, centroid, circumcenter, volume6};
 use tetcvt::params::{Params, Target};
-use tetcvt::seeds::{SeedKind, sample};
+use tetcvt::seeds::{Anchor, SeedKind, sample};
 use tetcvt::surface::features::Features;
 use tetcvt::{Surface, TetMesh};
 
@@ -515,7 +515,8 @@ fn lost_shells_made_up_handles_and_unused_seeds_are_named() {
     let shell = missing[0].shell.unwrap();
     assert!(proposed.len() >= 4);
     for p in &proposed {
-        assert_eq!(sampled.surface.shell()[p.triangle as usize], shell);
+        let Anchor::Surface { triangle } = p.anchor else { panic!("{p:?} is not on the surface") };
+        assert_eq!(sampled.surface.shell()[triangle as usize], shell);
         assert!(sampled.surface.tree().closest(p.place).distance2 < 1e-20);
     }
 

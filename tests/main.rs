@@ -36,6 +36,9 @@ mod clipped_voronoi;
 // Energy, determinism.
 mod lloyd;
 
+// Creases in the mesh.
+mod creases;
+
 // From triangulation to mesh.
 mod extract;
 

@@ -142,7 +142,7 @@ fn check(name: &str, surface: &Surface, seeds: &Seeds, boundary: Boundary) {
                     assert!((r - q).cross(p - q).dot(n) > -1e-14, "{name}: {p} is beside its triangle");
                 }
             }
-            Anchor::Curve { curve, at } => {
+            Anchor::Curve { curve, at } | Anchor::Knot { curve, at } => {
                 let on = features.curves[curve as usize].point_at(at, surface.points());
                 assert!(on.distance(p) < 1e-15, "{name}: {p} is off its crease");
             }

@@ -5,15 +5,15 @@ use glam::DVec3;
 use super::Sampling;
 use super::defects::{Defect, DefectKind};
 use crate::geometry::triangle::centroid;
-use crate::seeds::SeedKind;
+use crate::seeds::{Anchor, SeedKind};
 
-/// A seed to insert on the surface.
+/// A seed to insert on the surface or a crease.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proposal {
     /// Where, on the surface, in the frame.
     pub place: DVec3,
-    /// The triangle that it lies on.
-    pub triangle: u32,
+    /// What it is bound to there.
+    pub anchor: Anchor,
     /// How far apart seeds should be there: the distance to the nearest one now, at most the spacing.
     pub size: f64,
     /// The seed of the interior that had better move here than a new one be made.
@@ -61,7 +61,12 @@ fn on_surface(sampling: &Sampling, defect: &Defect) -> bool {
 fn at(sampling: &Sampling, place: DVec3, triangle: u32, near: u32) -> Option<Proposal> {
     let nearest = sampling.complex.nearest(place, near);
     let size = sampling.complex.points[nearest as usize].distance(place).min(sampling.spacing);
-    (size > CROWDED * sampling.spacing).then_some(Proposal { place, triangle, size, replaces: None })
+    (size > CROWDED * sampling.spacing).then_some(Proposal {
+        place,
+        anchor: Anchor::Surface { triangle },
+        size,
+        replaces: None,
+    })
 }
 
 fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
@@ -81,7 +86,7 @@ fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
             .fold(sampling.spacing, f64::min);
         return (size > CROWDED * sampling.spacing).then_some(Proposal {
             place: closest.point,
-            triangle: closest.triangle,
+            anchor: Anchor::Surface { triangle: closest.triangle },
             size,
             replaces: Some(near),
         });
@@ -162,7 +167,8 @@ fn for_shell(sampling: &Sampling, defect: &Defect) -> Vec<Proposal> {
             break;
         }
         let (place, triangle) = sites[i];
-        chosen.push(Proposal { place, triangle, size: size.min(sampling.spacing), replaces: None });
+        let anchor = Anchor::Surface { triangle };
+        chosen.push(Proposal { place, anchor, size: size.min(sampling.spacing), replaces: None });
         for (d, &(p, _)) in distance.iter_mut().zip(&sites) {
             *d = d.min(p.distance(place));
         }

@@ -27,7 +27,7 @@ pub(super) fn chains(features: &Features, anchors: &[Anchor]) -> Vec<Chain> {
     let mut corners: Vec<(u32, u32)> = Vec::new();
     for (i, anchor) in (0..).zip(anchors) {
         match *anchor {
-            Anchor::Curve { curve, at } => chains[curve as usize].seeds.push((at, i)),
+            Anchor::Curve { curve, at } | Anchor::Knot { curve, at } => chains[curve as usize].seeds.push((at, i)),
             Anchor::Corner { vertex } => corners.push((vertex, i)),
             _ => {}
         }
@@ -46,7 +46,7 @@ pub(super) fn chains(features: &Features, anchors: &[Anchor]) -> Vec<Chain> {
 
 impl Chain {
     /// Where each seed of the crease goes, with its arc length: to the middle of its piece, which ends half-way to the
-    /// next seeds. Corners stay.
+    /// next seeds. Corners and knots stay.
     pub(super) fn targets<'a>(
         &'a self,
         features: &'a Features,
@@ -74,11 +74,31 @@ impl Chain {
         })
     }
 
-    /// Pairs of consecutive seeds.
-    fn stretches<'a>(&'a self, features: &'a Features) -> impl Iterator<Item = [u32; 2]> + 'a {
+    /// Pairs of consecutive seeds, and the arc length midway between them.
+    fn stretches<'a>(&'a self, features: &'a Features) -> impl Iterator<Item = ([u32; 2], f64)> + 'a {
         let n = self.seeds.len();
-        let last = if features.curves[self.curve as usize].is_closed() && n > 2 { n } else { n.saturating_sub(1) };
-        (0..last).map(move |k| [self.seeds[k].1, self.seeds[(k + 1) % n].1])
+        let curve = &features.curves[self.curve as usize];
+        let last = if curve.is_closed() && n > 2 { n } else { n.saturating_sub(1) };
+        (0..last).map(move |k| {
+            let ((from, a), (to, b)) = (self.seeds[k], self.seeds[(k + 1) % n]);
+            let round = if to < from { curve.length() } else { 0.0 };
+            let middle = (from + to + round) / 2.0;
+            ([a, b], if middle < curve.length() { middle } else { middle - curve.length() })
+        })
+    }
+
+    /// New seeds in the middle of the stretches that are no edges of the mesh, each with its arc length and the distance
+    /// that it leaves to the next.
+    pub(super) fn splits<'a>(
+        &'a self,
+        features: &'a Features,
+        surface: &'a Surface,
+        is_edge: impl Fn(u32, u32) -> bool + 'a,
+    ) -> impl Iterator<Item = (DVec3, Anchor, [u32; 2])> + 'a {
+        let curve = &features.curves[self.curve as usize];
+        self.stretches(features)
+            .filter(move |([a, b], _)| a != b && !is_edge(*a, *b))
+            .map(move |(ends, at)| (curve.point_at(at, surface.points()), Anchor::Knot { curve: self.curve, at }, ends))
     }
 }
 
@@ -93,7 +113,7 @@ impl Guard {
     /// For so many seeds.
     pub(super) fn new(chains: &[Chain], features: &Features, seeds: usize) -> Guard {
         let mut pairs: Vec<[u32; 2]> = Vec::new();
-        for [p, q] in chains.iter().flat_map(|c| c.stretches(features)) {
+        for ([p, q], _) in chains.iter().flat_map(|c| c.stretches(features)) {
             pairs.extend([[p, q], [q, p]]);
         }
         pairs.sort_unstable();

@@ -37,6 +37,9 @@ const ADOPTED_AREA: f64 = 0.1;
 /// No part of the surface is asked to be sampled finer than this share of the spacing.
 const LEAST_SIZE: f64 = 0.05;
 
+/// Stretches of creases below twice this share of the spacing are not split.
+const LEAST_STRETCH: f64 = 0.1;
+
 /// Seeds on their way to a centroidal Voronoi tessellation.
 pub struct Relaxation<'a> {
     surface: &'a Surface,
@@ -268,6 +271,22 @@ impl<'a> Relaxation<'a> {
             });
         }
         self.clipper.set_density(density(&self.seeds.relative_size));
+    }
+
+    /// Places for seeds in the middle of the stretches of creases that are no edges of the mesh, as `is_edge` has it: each
+    /// with its anchor and the distance to the seeds before and after.
+    pub(crate) fn crease_splits(&self, is_edge: impl Fn(u32, u32) -> bool) -> Vec<(DVec3, Anchor, f64)> {
+        let least = LEAST_STRETCH * self.seeds.spacing;
+        let chains = creases::chains(self.features, &self.seeds.anchors);
+        let splits = chains.iter().flat_map(|c| c.splits(self.features, self.surface, &is_edge));
+        splits
+            .map(|(place, anchor, ends)| {
+                let size =
+                    ends.map(|e| self.seeds.positions[e as usize].distance(place)).into_iter().fold(0.0, f64::max);
+                (place, anchor, size)
+            })
+            .filter(|&(_, _, size)| size > least)
+            .collect()
     }
 
     /// The seeds as they are now.

@@ -14,6 +14,7 @@
 //! come from elsewhere.
 
 use super::curves::{self, CurveNeed};
+use super::knots::{self, Knot};
 use crate::surface::features::Features;
 use crate::surface::{Surface, edges};
 
@@ -25,6 +26,8 @@ pub(super) const CELL: f64 = 0.6357;
 const LAYER: f64 = 0.2;
 /// Where seeds are scarce, spacings at thin walls may exceed what is safe by this factor.
 const STRETCH: f64 = 2.5;
+/// Of what corners leave, the share that curves may take for the sake of following their bends.
+const MOST_ON_CURVES: f64 = 0.5;
 /// Seeds without which a shell is no closed surface.
 const PER_SHELL: usize = 4;
 
@@ -63,8 +66,8 @@ pub(super) struct Plan {
     pub(super) spacing: f64,
     /// Edge length at each of the surface's vertices.
     pub(super) sizes: Vec<f64>,
-    /// Seeds of each curve, corners not counted.
-    pub(super) curves: Vec<usize>,
+    /// Where each curve has its seeds, corners not counted.
+    pub(super) curves: Vec<Vec<Knot>>,
     /// Seeds on the surface, off its creases.
     pub(super) surface: usize,
     /// Seeds inside.
@@ -139,7 +142,12 @@ impl<'a> Demand<'a> {
 
     /// Vertices that a mesh with edges of length h has.
     pub(super) fn total(&self, h: f64, stretch: f64) -> f64 {
-        let curves: f64 = self.curves_wanted(h, stretch).iter().sum();
+        let curves = self.curves_wanted(h, stretch).iter().sum();
+        self.total_with(h, stretch, curves)
+    }
+
+    /// The same with so many seeds on curves.
+    fn total_with(&self, h: f64, stretch: f64, curves: f64) -> f64 {
         let surface = self.surface_wanted(h, stretch, curves);
         self.corners.len() as f64 + curves + surface + self.interior_wanted(h)
     }
@@ -159,10 +167,21 @@ impl<'a> Demand<'a> {
             stretch = bisect(1.0, STRETCH, |s| self.total(coarsest, s) > n);
         }
         let h = bisect(1e-6 * coarsest, coarsest, |h| self.total(h, stretch) > n);
+        let curves = self.place_on_curves(count, h, stretch);
+        let on_curves: usize = curves.iter().map(Vec::len).sum();
+        // Curves that bend take more seeds than their length says, and leave fewer for the rest.
+        let h = bisect(h, coarsest, |h| self.total_with(h, stretch, on_curves as f64) > n);
         let sizes = self.sizes(h, stretch);
         // Where every place is thin, the spacing is that of the least thin.
         let spacing = sizes.iter().copied().fold(0.0, f64::max);
-        self.whole_counts(count, spacing, stretch, sizes)
+        let left = count - self.corners.len() - on_curves;
+        let shell_least: usize = self.shell_least.iter().sum();
+        let surface = self.surface_wanted(spacing, stretch, on_curves as f64);
+        let interior = self.interior_wanted(spacing);
+        let share = if surface + interior > 0.0 { surface / (surface + interior) } else { 1.0 };
+        let surface = if interior < 0.5 { left } else { (share * left as f64).round() as usize };
+        let surface = surface.clamp(shell_least, left);
+        Ok(Plan { spacing, sizes, curves, surface, interior: left - surface })
     }
 
     /// The count that edges of length h need.
@@ -224,14 +243,38 @@ impl<'a> Demand<'a> {
         if depth >= turn { 0.0 } else { (at(depth).max(0.0)).min(volume) / (CELL * h * h * h) }
     }
 
-    /// Rounds the wanted counts so that their sum is `count`.
-    fn whole_counts(&self, count: usize, spacing: f64, stretch: f64, sizes: Vec<f64>) -> Result<Plan, Shortage> {
-        let corners = self.corners.len();
-        let shell_least: usize = self.shell_least.iter().sum();
-        let wanted = self.curves_wanted(spacing, stretch);
+    /// Places for the seeds of all curves, where the spacing is h: as the curves bend, or evenly where so many would be more
+    /// than `count` allows.
+    fn place_on_curves(&self, count: usize, h: f64, stretch: f64) -> Vec<Vec<Knot>> {
+        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let points = self.surface.points();
+        let room = count - self.corners.len() - self.shell_least.iter().sum::<usize>();
+        let wanted = self.curves_wanted(h, stretch);
+        let bent = |(i, need): (usize, &CurveNeed)| {
+            let curve = &self.features.curves[i];
+            if !need.kept {
+                return Vec::new();
+            }
+            let knots = knots::knots(curve, need.closed, points, spacing);
+            // A short one may need more seeds than follow from its length, to be itself.
+            let even = wanted[i].round() as usize;
+            if knots.len() < need.least.max(even.min(1)) {
+                return curves::even(curve, need.closed, even, spacing);
+            }
+            knots
+        };
+        let placed: Vec<Vec<Knot>> = self.needs.iter().enumerate().map(bent).collect();
+        if placed.iter().map(Vec::len).sum::<usize>() as f64 <= MOST_ON_CURVES * room as f64 {
+            return placed;
+        }
+        let even = |(i, n): (usize, usize)| curves::even(&self.features.curves[i], self.needs[i].closed, n, spacing);
+        self.whole_counts(room, &wanted).into_iter().enumerate().map(even).collect()
+    }
+
+    /// Rounds the wanted counts of the curves, to no more than `room` in all.
+    fn whole_counts(&self, room: usize, wanted: &[f64]) -> Vec<usize> {
         let mut curves: Vec<usize> = wanted.iter().map(|w| w.round() as usize).collect();
         // Rounding, or too few seeds: the crease that is sampled most finely for its length gives one up.
-        let room = count - corners - shell_least;
         let mut total: usize = curves.iter().sum();
         while total > room {
             let slack = |i: &usize| curves[*i] > self.needs[*i].least;
@@ -241,13 +284,7 @@ impl<'a> Demand<'a> {
             curves[most] -= 1;
             total -= 1;
         }
-        let left = count - corners - total;
-        let surface = self.surface_wanted(spacing, stretch, total as f64);
-        let interior = self.interior_wanted(spacing);
-        let share = if surface + interior > 0.0 { surface / (surface + interior) } else { 1.0 };
-        let surface = if interior < 0.5 { left } else { (share * left as f64).round() as usize };
-        let surface = surface.clamp(shell_least, left);
-        Ok(Plan { spacing, sizes, curves, surface, interior: left - surface })
+        curves
     }
 
     /// What no spacing brings below `count`: corners, the least of the curves, four seeds on each shell.

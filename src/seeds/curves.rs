@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::Anchor;
 use super::grid::CellGrid;
+use super::knots::Knot;
+use super::surface_sampling::BoundarySeed;
 use crate::disjoint_sets::DisjointSets;
 use crate::geometry::frame::snap;
 use crate::surface::Surface;
@@ -125,30 +127,41 @@ fn segments(curve: &Curve, spacing: &impl Fn(u32) -> f64) -> impl Iterator<Item 
     })
 }
 
-/// Puts `count` seeds on curve `index`, its ends left free if it joins corners.
-pub(super) fn place(
-    surface: &Surface,
-    features: &Features,
-    (index, closed): (u32, bool),
-    count: usize,
-    spacing: impl Fn(u32) -> f64,
-) -> Vec<(DVec3, Anchor)> {
-    let curve = &features.curves[index as usize];
+/// `count` places on `curve`, even in steps of the spacing, its ends left free if it joins corners.
+pub(super) fn even(curve: &Curve, closed: bool, count: usize, spacing: impl Fn(u32) -> f64) -> Vec<Knot> {
     let total = steps(curve, &spacing);
     let (gaps, first) = if closed { (count, 0.5) } else { (count + 1, 1.0) };
-    let mut seeds = Vec::with_capacity(count);
+    let mut knots = Vec::with_capacity(count);
     let mut passed = 0.0;
     for (i, (length, density)) in segments(curve, &spacing).enumerate() {
         let last = i + 2 == curve.vertices.len();
-        while seeds.len() < count {
-            let want = total * (seeds.len() as f64 + first) / gaps as f64;
+        while knots.len() < count {
+            let want = total * (knots.len() as f64 + first) / gaps as f64;
             if want > passed + length * density && !last {
                 break;
             }
             let at = curve.arc[i] + ((want - passed) / density).clamp(0.0, length);
-            seeds.push((snap(curve.point_at(at, surface.points())), Anchor::Curve { curve: index, at }));
+            knots.push(Knot { at, fixed: false });
         }
         passed += length * density;
     }
-    seeds
+    knots
+}
+
+/// The seeds of curve `index` at `knots`.
+pub(super) fn place(
+    surface: &Surface,
+    curve: &Curve,
+    index: u32,
+    knots: &[Knot],
+    spacing: impl Fn(u32) -> f64,
+) -> Vec<BoundarySeed> {
+    let place = |knot: &Knot| {
+        let at = knot.at;
+        let anchor = if knot.fixed { Anchor::Knot { curve: index, at } } else { Anchor::Curve { curve: index, at } };
+        let near = curve.arc.partition_point(|&a| a <= at).min(curve.arc.len() - 1);
+        let spacing = spacing(curve.vertices[near]);
+        BoundarySeed { position: snap(curve.point_at(at, surface.points())), anchor, normal: DVec3::ZERO, spacing }
+    };
+    knots.iter().map(place).collect()
 }

@@ -30,6 +30,8 @@ mod grid;
 
 mod interior;
 
+mod knots;
+
 mod order;
 
 mod surface_sampling;
@@ -67,6 +69,13 @@ pub enum Anchor {
         /// Arc length along the curve from its first vertex, in frame units.
         at: f64,
     },
+    /// To a place on a crease where it bends.
+    Knot {
+        /// Index into [`Features::curves`].
+        curve: u32,
+        /// Arc length along the curve from its first vertex, in frame units.
+        at: f64,
+    },
     /// To a corner.
     Corner {
         /// The surface's vertex.
@@ -80,7 +89,7 @@ impl Anchor {
         match self {
             Anchor::Interior => SeedKind::Interior,
             Anchor::Surface { .. } => SeedKind::Surface,
-            Anchor::Curve { .. } => SeedKind::Curve,
+            Anchor::Curve { .. } | Anchor::Knot { .. } => SeedKind::Curve,
             Anchor::Corner { .. } => SeedKind::Corner,
         }
     }
@@ -250,15 +259,10 @@ fn boundary_seeds(
         spacing: plan.sizes[v as usize],
     };
     let mut seeds: Vec<BoundarySeed> = demand.corners().iter().map(on_corner).collect();
-    for (i, (need, &count)) in demand.needs().iter().zip(&plan.curves).enumerate() {
-        let curve = &features.curves[i];
+    for (i, knots) in (0..).zip(&plan.curves) {
+        let curve = &features.curves[i as usize];
         let spacing = |v: u32| plan.sizes[v as usize];
-        for (position, anchor) in curves::place(surface, features, (i as u32, need.closed), count, spacing) {
-            let at = if let Anchor::Curve { at, .. } = anchor { at } else { 0.0 };
-            let near = curve.arc.partition_point(|&a| a <= at).min(curve.arc.len() - 1);
-            let spacing = spacing(curve.vertices[near]);
-            seeds.push(BoundarySeed { position, anchor, normal: DVec3::ZERO, spacing });
-        }
+        seeds.extend(curves::place(surface, curve, i, knots, spacing));
     }
     let dropped = drop_crowded(demand, plan, &mut seeds);
     surface_sampling::add_surface_seeds(surface, features, (demand, plan), dropped, random_seed, &mut seeds);
@@ -270,10 +274,10 @@ fn boundary_seeds(
 fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> usize {
     let positions: Vec<DVec3> = seeds.iter().map(|s| s.position).collect();
     let grid = CellGrid::new(&positions, 0.5 * plan.spacing);
-    let mut left = plan.curves.clone();
+    let mut left: Vec<usize> = plan.curves.iter().map(Vec::len).collect();
     let mut stays = vec![true; seeds.len()];
     for (i, s) in seeds.iter().enumerate() {
-        let Anchor::Curve { curve, .. } = s.anchor else { continue };
+        let (Anchor::Curve { curve, .. } | Anchor::Knot { curve, .. }) = s.anchor else { continue };
         let curve = curve as usize;
         if left[curve] <= demand.needs()[curve].least {
             continue;

@@ -1,0 +1,119 @@
+//! Where the seeds of a crease go: its edges in the mesh are the chords between them.
+//!
+//! A chord cuts off what bends between its ends, and a crease of few, long segments loses its own vertices. Of all ways to
+//! pick seeds among candidates along the crease, the one with the least sum over its chords of
+//!
+//! - the square of ln(length / spacing), which makes them even, and
+//! - the square of what the crease strays from the chord beyond [`STRAY`] spacings, over that,
+//!
+//! is found by dynamic programming along the crease. Candidates are the crease's own vertices and even steps between them.
+//! Seeds where the crease bends are fixed; those on a straight run may still move.
+//!
+//! Cost: O(candidates x candidates to a spacing squared), about 10^4 steps to a spacing of crease.
+
+use glam::DVec3;
+
+use crate::geometry::triangle::closest_on_segment;
+use crate::surface::features::Curve;
+
+/// A crease may stray so far from its chords, over the spacing.
+const STRAY: f64 = 0.008;
+/// What straying that far again weighs against a chord e times too long or too short.
+const WEIGHT: f64 = 3.0;
+/// Steps between candidates on straight segments, over the spacing.
+const STEP: f64 = 0.2;
+/// Vertices closer to the candidate before than this, over the spacing, are none, unless the crease turns by more than
+/// [`TURN`] there.
+const FINEST: f64 = 0.05;
+/// Cosine of 6 degrees.
+const TURN: f64 = 0.9945;
+/// Longest chord over the spacing.
+const LONGEST: f64 = 1.6;
+
+/// A place for a seed on a crease.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Knot {
+    /// Arc length from the curve's first vertex.
+    pub(super) at: f64,
+    /// Whether the crease bends here, so that the seed must stay.
+    pub(super) fixed: bool,
+}
+
+struct Candidate {
+    at: f64,
+    point: DVec3,
+    spacing: f64,
+}
+
+/// The places between the ends of `curve`, and on a loop without a corner that of its first vertex too.
+pub(super) fn knots(curve: &Curve, closed: bool, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> Vec<Knot> {
+    let candidates = candidates(curve, points, spacing);
+    let chain = best_chain(&candidates);
+    let inner = chain.windows(3).map(|k| {
+        let [before, here, after] = [0, 1, 2].map(|i| &candidates[k[i]]);
+        let bend = closest_on_segment(before.point, after.point, here.point).distance(here.point);
+        Knot { at: here.at, fixed: bend > STRAY * here.spacing }
+    });
+    // The seam of a loop is as good a place as any other, and stays so that the rest keeps its places to it.
+    let seam = closed.then_some(Knot { at: 0.0, fixed: true });
+    seam.into_iter().chain(inner).collect()
+}
+
+/// The ends of the curve, its vertices, and even steps on its long segments.
+fn candidates(curve: &Curve, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> Vec<Candidate> {
+    let last = curve.vertices.len() - 1;
+    let place = |i: usize| points[curve.vertices[i] as usize];
+    let mut found = vec![Candidate { at: 0.0, point: place(0), spacing: spacing(curve.vertices[0]) }];
+    for i in 1..=last {
+        let (from, to) = (place(i - 1), place(i));
+        let [s, t] = [i - 1, i].map(|k| spacing(curve.vertices[k]));
+        let (start, length) = (curve.arc[i - 1], curve.arc[i] - curve.arc[i - 1]);
+        let steps = (length / (STEP * s.min(t))).ceil().max(1.0) as usize;
+        for k in 1..steps {
+            let share = k as f64 / steps as f64;
+            let (at, spacing) = (start + share * length, s + share * (t - s));
+            found.push(Candidate { at, point: from.lerp(to, share), spacing });
+        }
+        let straight = i < last && (to - from).dot(place(i + 1) - to) > TURN * length * place(i + 1).distance(to);
+        let near = curve.arc[i] - found[found.len() - 1].at < FINEST * t;
+        if i == last || !(straight && near) {
+            found.push(Candidate { at: curve.arc[i], point: to, spacing: t });
+        }
+    }
+    found
+}
+
+/// The candidates from the first to the last whose chords cost least.
+fn best_chain(candidates: &[Candidate]) -> Vec<usize> {
+    let mut best = vec![(f64::INFINITY, 0); candidates.len()];
+    best[0].0 = 0.0;
+    for j in 1..candidates.len() {
+        for i in (0..j).rev() {
+            let span = candidates[j].at - candidates[i].at;
+            if i + 1 < j && span > LONGEST * candidates[i].spacing.max(candidates[j].spacing) {
+                break;
+            }
+            let cost = best[i].0 + cost(&candidates[i..=j]);
+            if cost < best[j].0 {
+                best[j] = (cost, i);
+            }
+        }
+    }
+    let mut chain = vec![candidates.len() - 1];
+    while let Some(&j) = chain.last().filter(|&&j| j > 0) {
+        chain.push(best[j].1);
+    }
+    chain.reverse();
+    chain
+}
+
+/// What a chord from the first to the last of these candidates costs.
+fn cost(piece: &[Candidate]) -> f64 {
+    let (from, to) = (&piece[0], &piece[piece.len() - 1]);
+    let spacing = 0.5 * (from.spacing + to.spacing);
+    let inner = &piece[1..piece.len() - 1];
+    let stray = inner.iter().map(|c| closest_on_segment(from.point, to.point, c.point).distance(c.point));
+    let beyond = (stray.fold(0.0, f64::max) / (STRAY * spacing) - 1.0).max(0.0);
+    let length = ((to.at - from.at) / spacing).ln();
+    length * length + WEIGHT * beyond * beyond
+}
