@@ -31,6 +31,7 @@ pub(super) fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
                 (Anchor::Corner { .. }, _) | (Anchor::Interior, true) => Freedom::Fixed,
                 (Anchor::Surface { triangle }, true) => Freedom::Surface(triangle),
                 (Anchor::Curve { curve, at }, true) => Freedom::Curve(curve, at),
+                (Anchor::Knot { curve, at }, true) => Freedom::Knot(curve, at),
                 (_, false) => Freedom::Inside,
             };
             Vertex { point: seeds.positions[seed as usize], freedom, region: region[v] }
@@ -86,7 +87,7 @@ pub(super) fn settle(complex: &mut Complex, ground: &Ground, kinds: &[SeedKind])
 /// parts two patches there: what is finer than the spacing, as the noise of scans is, the mesh cannot follow anyway.
 pub(super) fn release(complex: &mut Complex, ground: &Ground) {
     for v in 0..complex.points.len() as u32 {
-        let bound = matches!(complex.freedom[v as usize], Freedom::Fixed | Freedom::Curve(..));
+        let bound = complex.freedom[v as usize].is_bound();
         let low = |&t: &u32| complex.quality[t as usize] < complex.floor();
         if !bound || !complex.on_boundary(v) || !complex.star(v).iter().any(low) {
             continue;
@@ -122,7 +123,7 @@ pub(super) fn crease_edges(complex: &Complex, ground: &Ground) -> Vec<[u32; 2]> 
     position.sort_by(|a, b| order(a.0, b.0));
     for (v, freedom) in (0..).zip(&complex.freedom) {
         match *freedom {
-            Freedom::Curve(curve, at) => chains[curve as usize].push((at, v)),
+            Freedom::Curve(curve, at) | Freedom::Knot(curve, at) => chains[curve as usize].push((at, v)),
             Freedom::Fixed => {
                 if let Ok(i) = position.binary_search_by(|c| order(c.0, complex.points[v as usize])) {
                     at_corner[position[i].1] = v;

@@ -19,8 +19,17 @@ pub(super) enum Freedom {
     Surface(u32),
     /// Along a crease: its number, and the arc length there.
     Curve(u32, f64),
+    /// Not at all; its place on a crease, as above.
+    Knot(u32, f64),
     /// Not at all.
     Fixed,
+}
+
+impl Freedom {
+    /// Whether the vertex is bound to a crease or a corner, or does not move at all.
+    pub(super) fn is_bound(self) -> bool {
+        matches!(self, Freedom::Curve(..) | Freedom::Knot(..) | Freedom::Fixed)
+    }
 }
 
 /// A vertex as it is given.
@@ -132,7 +141,7 @@ impl Complex {
     /// Forgets the creases that do not end at vertices bound to them on both sides any more.
     pub(super) fn retain_creases(&mut self) {
         let freedom = &self.freedom;
-        let bound = |v: u32| matches!(freedom[v as usize], Freedom::Curve(..) | Freedom::Fixed);
+        let bound = |v: u32| freedom[v as usize].is_bound();
         self.creases.retain(|&[a, b]| bound(a) && bound(b));
     }
 

@@ -94,7 +94,7 @@ impl<'a> Ground<'a> {
                 let along = curve.point_at(at + reach, points) - curve.point_at(at - reach, points);
                 along.try_normalize().map(Tangent::Line)
             }
-            Freedom::Fixed => None,
+            Freedom::Knot(..) | Freedom::Fixed => None,
         }
     }
 
@@ -105,7 +105,7 @@ impl<'a> Ground<'a> {
             Freedom::Inside => Some((snap(from + step), Freedom::Inside)),
             Freedom::Surface(t) => self.on_surface(t, from + step, step.length()),
             Freedom::Curve(curve, at) => self.on_curve(complex, v, (curve, at), step),
-            Freedom::Fixed => None,
+            Freedom::Knot(..) | Freedom::Fixed => None,
         }
     }
 
@@ -147,7 +147,7 @@ impl<'a> Ground<'a> {
     /// The arc length of vertex `w` on a curve, if it is on it; for the end of a curve the one nearer `to`.
     fn arc_of(&self, complex: &Complex, number: u32, w: u32, to: f64) -> Option<f64> {
         match complex.freedom[w as usize] {
-            Freedom::Curve(curve, at) => (curve == number).then_some(at),
+            Freedom::Curve(curve, at) | Freedom::Knot(curve, at) => (curve == number).then_some(at),
             Freedom::Fixed => {
                 let curve = &self.features.curves[number as usize];
                 let ends = [(0.0, curve.vertices[0]), (curve.length(), curve.vertices[curve.vertices.len() - 1])];

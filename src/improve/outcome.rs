@@ -29,7 +29,7 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground) -> Tet
         match complex.freedom[v] {
             Freedom::Inside => mesh.kinds[to] = SeedKind::Interior,
             Freedom::Surface(_) => mesh.kinds[to] = SeedKind::Surface,
-            Freedom::Curve(..) => mesh.kinds[to] = SeedKind::Curve,
+            Freedom::Curve(..) | Freedom::Knot(..) => mesh.kinds[to] = SeedKind::Curve,
             Freedom::Fixed => {}
         }
     }
@@ -97,7 +97,7 @@ fn reason(complex: &Complex, t: u32) -> &'static str {
     });
     if facets.count() == 2 {
         "the surface itself is as sharp there"
-    } else if tet.iter().all(|&v| matches!(complex.freedom[v as usize], Freedom::Fixed | Freedom::Curve(..))) {
+    } else if tet.iter().all(|&v| complex.freedom[v as usize].is_bound()) {
         "its vertices are bound to corners and creases closer than the spacing"
     } else if tet.iter().all(|&v| complex.on_boundary(v)) {
         "it spans a wall thinner than the spacing"
