@@ -140,7 +140,10 @@ impl Params {
             return refuse("tolerance", format!("{} is not a finite number of at least 0", self.tolerance));
         }
         if !(0.0..=HIGHEST_FLOOR).contains(&self.min_dihedral) {
-            return refuse("min-dihedral", format!("{} is not between 0 and {HIGHEST_FLOOR} degrees", self.min_dihedral));
+            return refuse(
+                "min-dihedral",
+                format!("{} is not between 0 and {HIGHEST_FLOOR} degrees", self.min_dihedral),
+            );
         }
         if self.threads > MOST_THREADS {
             return refuse("threads", format!("{} is more than {MOST_THREADS}", self.threads));

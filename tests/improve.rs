@@ -33,14 +33,24 @@ fn euler_characteristic(mesh: &TetMesh) -> i64 {
 
 #[test]
 fn models_reach_the_floor_and_keep_what_they_had() {
-    for (name, count, floor) in
-        [("bunny", 4000, 30.0), ("torus", 2000, 35.0), ("cube", 1000, 35.0), ("hollow_cube", 2000, 35.0), ("thin_plate", 1500, 30.0)]
-    {
+    for (name, count, floor) in [
+        ("bunny", 4000, 30.0),
+        ("torus", 2000, 35.0),
+        ("cube", 1000, 35.0),
+        ("hollow_cube", 2000, 35.0),
+        ("thin_plate", 1500, 30.0),
+    ] {
         let surface = surface(name);
         let (before, rough) = meshed(&surface, &Params { improve: false, ..params(count) });
         let (after, fine) = meshed(&surface, &params(count));
         assert_eq!(after.points.len(), count, "{name}");
-        assert!(fine.min_dihedral >= floor, "{name}: {} from {}, {}", fine.min_dihedral, rough.min_dihedral, after.improved);
+        assert!(
+            fine.min_dihedral >= floor,
+            "{name}: {} from {}, {}",
+            fine.min_dihedral,
+            rough.min_dihedral,
+            after.improved
+        );
         assert!(fine.max_dihedral < rough.max_dihedral, "{name}: {}", fine.max_dihedral);
         assert!(fine.mean_radius_ratio > rough.mean_radius_ratio, "{name}: {}", fine.mean_radius_ratio);
         assert_eq!(euler_characteristic(&after), euler_characteristic(&before), "{name}");

@@ -73,7 +73,14 @@ pub(super) struct Options {
     update: Update,
 
     /// The floor that the improvement of dihedral angles aims at, in degrees
-    #[arg(long, value_name = "DEG", help_heading = "Improvement", default_value_t = 35.0, allow_negative_numbers = true, conflicts_with = "no_improve")]
+    #[arg(
+        long,
+        value_name = "DEG",
+        help_heading = "Improvement",
+        default_value_t = 35.0,
+        allow_negative_numbers = true,
+        conflicts_with = "no_improve"
+    )]
     min_dihedral: f64,
 
     /// Leave the Delaunay tets as they are

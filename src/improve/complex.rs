@@ -129,9 +129,8 @@ impl Complex {
 
     /// Makes those of `edges` that are edges of the boundary creases, which stay.
     pub(super) fn set_creases(&mut self, edges: impl Iterator<Item = [u32; 2]>) {
-        let on_boundary = |&[a, b]: &[u32; 2]| {
-            self.facets_of(a).iter().any(|&f| self.facets[f as usize].vertices.contains(&b))
-        };
+        let on_boundary =
+            |&[a, b]: &[u32; 2]| self.facets_of(a).iter().any(|&f| self.facets[f as usize].vertices.contains(&b));
         let mut creases: Vec<[u32; 2]> = edges.filter(on_boundary).map(|[a, b]| [a.min(b), a.max(b)]).collect();
         creases.sort_unstable();
         creases.dedup();
@@ -158,10 +157,8 @@ impl Complex {
     /// Sets the quality that every tet should have.
     pub(super) fn set_floor(&mut self, floor: f64) {
         self.floor = floor;
-        self.deficit = (0..self.tets.len())
-            .filter(|&t| self.is_alive(t as u32))
-            .map(|t| self.deficit_of(self.quality[t]))
-            .sum();
+        self.deficit =
+            (0..self.tets.len()).filter(|&t| self.is_alive(t as u32)).map(|t| self.deficit_of(self.quality[t])).sum();
     }
 
     /// The quality that every tet should have.

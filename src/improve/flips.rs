@@ -46,7 +46,13 @@ impl Ring {
             }
             let at = tet.iter().position(|&v| v == a)?;
             let [p, q, r] = FACETS[at].map(|k| tet[k]);
-            let (x, y) = if p == b { (q, r) } else if q == b { (r, p) } else { (p, q) };
+            let (x, y) = if p == b {
+                (q, r)
+            } else if q == b {
+                (r, p)
+            } else {
+                (p, q)
+            };
             links[count] = (x, y, t);
             count += 1;
         }
@@ -82,7 +88,13 @@ struct Table {
 }
 
 /// Works out the removal of edge (a, b), if all new tets would be better than `least`.
-pub(super) fn remove_edge(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], least: f64, change: &mut Change) -> bool {
+pub(super) fn remove_edge(
+    complex: &Complex,
+    ground: &Ground,
+    [a, b]: [u32; 2],
+    least: f64,
+    change: &mut Change,
+) -> bool {
     let Some(ring) = Ring::around(complex, a, b) else { return false };
     if ring.length < 3 && !ring.is_open() {
         return false;
@@ -165,7 +177,14 @@ fn triangulate(complex: &Complex, [a, b]: [u32; 2], ring: &Ring, least: f64) -> 
 }
 
 /// The tets of the best triangulation of a stretch of the ring.
-fn collect(complex: &Complex, [a, b]: [u32; 2], ring: &Ring, table: &Table, (i, k): (usize, usize), change: &mut Change) {
+fn collect(
+    complex: &Complex,
+    [a, b]: [u32; 2],
+    ring: &Ring,
+    table: &Table,
+    (i, k): (usize, usize),
+    change: &mut Change,
+) {
     if k < i + 2 {
         return;
     }

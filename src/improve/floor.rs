@@ -5,8 +5,8 @@ use std::collections::BinaryHeap;
 
 use super::change::Change;
 use super::complex::{Complex, Mark};
-use super::flips::remove_edge;
 use super::faces::remove_faces;
+use super::flips::remove_edge;
 use super::ground::Ground;
 use super::smooth::{LEAST_GAIN, Smoother};
 use crate::geometry::tetrahedron::EDGES;

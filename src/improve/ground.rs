@@ -172,7 +172,11 @@ impl<'a> Ground<'a> {
         let [a, b] = [low, high].map(|at| curve.point_at(at, points));
         let range = curve.arc.partition_point(|&s| s <= low)..curve.arc.partition_point(|&s| s < high);
         let between = curve.vertices.get(range).unwrap_or(&[]);
-        between.iter().map(|&u| points[u as usize]).map(|p| triangle::closest_on_segment(a, b, p).distance(p)).fold(0.0, f64::max)
+        between
+            .iter()
+            .map(|&u| points[u as usize])
+            .map(|p| triangle::closest_on_segment(a, b, p).distance(p))
+            .fold(0.0, f64::max)
     }
 
     /// A new facet, unless it strays too far or turns away from what it replaces.

@@ -97,10 +97,8 @@ pub(super) fn angles(p: DVec3, [a, b, c]: [DVec3; 3]) -> [Angle; 6] {
     let [ra2, rb2, rc2, rp2] = [na, nb, nc, np].map(|n| n.length_squared().recip());
     let [ra, rb, rc, rp] = [ra2.sqrt(), rb2.sqrt(), rc2.sqrt(), rp2.sqrt()];
     let (ga, gb, gc) = (na * ra2, nb * rb2, nc * rc2);
-    let far = |cosine: f64, gradient: DVec3, edge: DVec3| Angle {
-        value: acos(-cosine),
-        gradient: gradient * edge.length(),
-    };
+    let far =
+        |cosine: f64, gradient: DVec3, edge: DVec3| Angle { value: acos(-cosine), gradient: gradient * edge.length() };
     let near = |cosine: f64, edge: DVec3, [g, h]: [DVec3; 2], [x, y]: [DVec3; 2]| {
         let length2 = edge.length_squared();
         let shares = [length2 - x.dot(edge), length2 - y.dot(edge)];

@@ -61,7 +61,9 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground) -> Tet
 
 /// What became of the floor, for a human: reached, or how many tets are below it, where the worst is and why.
 pub(super) fn describe(complex: &Complex, ground: &Ground, floor: f64) -> String {
-    let below = |&t: &u32| measure::extremes(complex.corners(complex.tets[t as usize])).is_none_or(|e| e[0].to_degrees() < floor);
+    let below = |&t: &u32| {
+        measure::extremes(complex.corners(complex.tets[t as usize])).is_none_or(|e| e[0].to_degrees() < floor)
+    };
     let left: Vec<u32> = endgame::left(complex).into_iter().filter(below).collect();
     let angle = |t: u32| {
         let [a, b, c, d] = complex.corners(complex.tets[t as usize]);

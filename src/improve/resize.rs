@@ -12,12 +12,8 @@ use crate::geometry::tetrahedron::FACETS;
 
 /// Splits edge (a, b), which must not be a crease, in the middle; the new vertex, unless a tet would be flat or a facet stray.
 pub(super) fn split(complex: &mut Complex, ground: &Ground, [a, b]: [u32; 2], change: &mut Change) -> Option<u32> {
-    let facets: Vec<u32> = complex
-        .facets_of(a)
-        .iter()
-        .copied()
-        .filter(|&f| complex.facets[f as usize].vertices.contains(&b))
-        .collect();
+    let facets: Vec<u32> =
+        complex.facets_of(a).iter().copied().filter(|&f| complex.facets[f as usize].vertices.contains(&b)).collect();
     let (at, freedom) = middle(complex, ground, [a, b], &facets)?;
     let mark = complex.mark();
     let m = complex.add_vertex(Vertex { point: at, freedom, region: complex.region[a as usize] });
@@ -65,7 +61,13 @@ fn middle(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], facets: &[u32]) 
 /// The tets around `a` then are those between `b` and the facets that `a` saw. If all are positive they fill the same
 /// space; for a vertex of the boundary the link condition makes sure of that (H. Edelsbrunner, *Geometry and Topology for
 /// Mesh Generation*, 2001, section 4.2).
-pub(super) fn contract(complex: &mut Complex, ground: &Ground, [a, b]: [u32; 2], least: f64, change: &mut Change) -> bool {
+pub(super) fn contract(
+    complex: &mut Complex,
+    ground: &Ground,
+    [a, b]: [u32; 2],
+    least: f64,
+    change: &mut Change,
+) -> bool {
     change.clear();
     for &t in complex.star(a) {
         let tet = complex.tets[t as usize];
@@ -101,7 +103,8 @@ fn boundary_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], change
     // The link condition: the vertices next to both ends are those of the ring, on the boundary too.
     let common = |of_a: Vec<u32>, of_b: Vec<u32>| of_a.iter().filter(|v| of_b.binary_search(v).is_ok()).count();
     let near = |v: u32| sorted(complex.star(v).iter().flat_map(|&t| complex.tets[t as usize]), [a, b]);
-    let beside = |v: u32| sorted(complex.facets_of(v).iter().flat_map(|&f| complex.facets[f as usize].vertices), [a, b]);
+    let beside =
+        |v: u32| sorted(complex.facets_of(v).iter().flat_map(|&f| complex.facets[f as usize].vertices), [a, b]);
     if common(near(a), near(b)) != ring.length || common(beside(a), beside(b)) != 2 {
         return false;
     }

@@ -56,7 +56,10 @@ impl Stars {
     pub(super) fn remove(&mut self, v: u32, item: u32) {
         let list = &mut self.lists[v as usize];
         let items = &mut self.pool[list.start as usize..(list.start + list.length) as usize];
-        let at = items.iter().position(|&x| x == item).expect("an item is in the stars of its vertices: this is a bug in tetcvt");
+        let at = items
+            .iter()
+            .position(|&x| x == item)
+            .expect("an item is in the stars of its vertices: this is a bug in tetcvt");
         let last = items.len() - 1;
         items.swap(at, last);
         list.length -= 1;
