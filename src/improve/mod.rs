@@ -118,7 +118,6 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     }
     // 3.
     let loose = &ground.loosened(&complex.facets);
-    bind::release(complex, ground);
     work.run(complex, loose);
     // 4.
     let most = ((complex.tets.len() as f64 * ENDGAME_SHARE) as usize).max(ENDGAME_LEAST);
@@ -132,6 +131,8 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
             *complex = before;
         }
         work.polish(complex, ground);
+        // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
+        bind::release(complex, ground);
         work.run(complex, loose);
     }
     goes_on(complex);
