@@ -68,6 +68,8 @@ pub mod clipped_voronoi;
 // The output.
 pub mod tet_mesh;
 
+pub mod improve;
+
 // The loop.
 pub mod relax;
 

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Error;
 use crate::extract::{self, Sampling};
+use crate::improve;
 use crate::params::{Boundary, Params};
 use crate::progress::{Observer, Stage};
 use crate::refine;
@@ -83,11 +84,21 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     let patch = if surface.has_patches() { surface.patch() } else { &features.face };
     let mut mesh = extract::mesh(&sampling, &inside, patch);
     mesh.check().map_err(Error::Broken)?;
+    let extract_s = started.elapsed().as_secs_f64();
+
+    // 5. Slivers out.
+    let started = Instant::now();
+    if params.improve {
+        observer.stage(Stage::Improve);
+        mesh.improved = improve::improve(&mut mesh, relaxation.seeds(), (surface, &features, patch), params, observer);
+    }
+    let improve_s = started.elapsed().as_secs_f64();
 
     mesh.stopped = describe(stopped, params);
     (mesh.steps, mesh.times) = relaxation.into_record();
     mesh.times.seeds = seeds_s;
-    mesh.times.extract = started.elapsed().as_secs_f64() - (mesh.times.update + mesh.times.centroids - moved_s);
+    mesh.times.extract = extract_s - (mesh.times.update + mesh.times.centroids - moved_s);
+    mesh.times.improve = improve_s;
     Ok(mesh)
 }
 

@@ -13,6 +13,9 @@ const MOST_THREADS: usize = 1024;
 /// The largest number of iterations: more than any run will see, and far from overflow.
 const MOST_ITERATIONS: usize = 1_000_000_000;
 
+/// The highest floor for dihedral angles, in degrees: regular tets, which do not fill space, have 70.5.
+pub const HIGHEST_FLOOR: f64 = 60.0;
+
 /// How many vertices the mesh gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
@@ -78,6 +81,10 @@ pub struct Params {
     pub iterations: usize,
     /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never.
     pub tolerance: f64,
+    /// Whether slivers are taken out at the end.
+    pub improve: bool,
+    /// The dihedral angle that the improvement aims at, in degrees: 0 to [`HIGHEST_FLOOR`].
+    pub min_dihedral: f64,
     /// Number of threads; 0 = all cores. The result does not depend on it.
     pub threads: usize,
     /// Seed of every random choice.
@@ -99,6 +106,8 @@ impl Default for Params {
             update: Update::Bicell,
             iterations: 40,
             tolerance: 2e-5,
+            improve: true,
+            min_dihedral: 35.0,
             threads: 0,
             random_seed: 1,
             time_limit: None,
@@ -133,6 +142,12 @@ impl Params {
             && !(limit >= 0.0 && limit.is_finite())
         {
             return refuse("time-limit", format!("{limit} is not a finite number of at least 0 seconds"));
+        }
+        if !(0.0..=HIGHEST_FLOOR).contains(&self.min_dihedral) {
+            return refuse(
+                "min-dihedral",
+                format!("{} is not between 0 and {HIGHEST_FLOOR} degrees", self.min_dihedral),
+            );
         }
         if self.threads > MOST_THREADS {
             return refuse("threads", format!("{} is more than {MOST_THREADS}", self.threads));
@@ -178,6 +193,9 @@ mod tests {
         for limit in [-1.0, f64::NAN, f64::INFINITY] {
             assert_eq!(refused(|p| p.time_limit = Some(limit)), Some("time-limit"));
         }
+        for angle in [-1.0, 60.1, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(|p| p.min_dihedral = angle), Some("min-dihedral"));
+        }
         assert_eq!(refused(|p| p.threads = 65_535), Some("threads"));
         assert_eq!(refused(|p| p.iterations = usize::MAX), Some("iterations"));
     }
@@ -188,6 +206,9 @@ mod tests {
             assert_eq!(refused(|p| p.target = Target::Count(n)), None);
         }
         assert_eq!(refused(|p| p.feature_angle = 180.0), None);
+        for angle in [0.0, HIGHEST_FLOOR] {
+            assert_eq!(refused(|p| p.min_dihedral = angle), None);
+        }
         assert_eq!(refused(|p| p.tolerance = 0.0), None);
         assert_eq!(refused(|p| p.iterations = 0), None);
         assert_eq!(refused(|p| p.time_limit = Some(0.0)), None);

@@ -19,6 +19,8 @@ pub enum Stage {
     },
     /// Taking the mesh out of the triangulation.
     Extract,
+    /// Taking slivers out of it.
+    Improve,
 }
 
 /// Whether a run goes on.
@@ -94,6 +96,11 @@ pub trait Observer: Send {
     /// The seeds at the start (`step` is `None`) and after each iteration; seed i is always `positions[i]`, in the
     /// frame that leads back to the model.
     fn seeds(&mut self, _step: Option<&Step>, _positions: &[DVec3], _frame: &Frame) -> Flow {
+        Flow::Continue
+    }
+
+    /// A pass of the improvement is about to begin, with so many tets below its floor.
+    fn improving(&mut self, _below: usize) -> Flow {
         Flow::Continue
     }
 

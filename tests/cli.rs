@@ -237,7 +237,7 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
     assert_eq!(run.status, Some(0), "{}", run.stderr);
     let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     let keys: [(&str, &str); 7] = [
-        ("", "tetcvt command input mesh time update memory iterations stopped notes"),
+        ("", "tetcvt command input mesh time update memory iterations stopped improved notes"),
         ("/input", "file vertices triangles components genus volume area diagonal"),
         (
             "/mesh",

@@ -57,6 +57,9 @@ mod creases;
 // From triangulation to mesh.
 mod extract;
 
+// Slivers taken out.
+mod improve;
+
 // Each model end to end.
 mod models;
 

@@ -29,6 +29,7 @@ pub fn two_cubes() -> TetMesh {
         boundary: Vec::new(),
         steps: Vec::new(),
         stopped: String::new(),
+        improved: String::new(),
         times: StageTimes::default(),
     };
     for body in 0..2 {

@@ -103,6 +103,7 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
         update: mesh.times.update_parts,
         memory: MemoryReport::default(),
         stopped: mesh.stopped.clone(),
+        improved: mesh.improved.clone(),
         notes: watched.notes.clone(),
         iterations: mesh.steps.clone(),
     };

@@ -84,6 +84,21 @@ pub(super) struct Options {
     #[arg(long, help_heading = "Iterations", default_value = "bicell")]
     update: Update,
 
+    /// The floor that the improvement of dihedral angles aims at, in degrees
+    #[arg(
+        long,
+        value_name = "DEG",
+        help_heading = "Improvement",
+        default_value_t = 35.0,
+        allow_negative_numbers = true,
+        conflicts_with = "no_improve"
+    )]
+    min_dihedral: f64,
+
+    /// Leave the Delaunay tets as they are
+    #[arg(long, help_heading = "Improvement")]
+    no_improve: bool,
+
     /// Threads [default: all cores]; the result does not depend on it
     #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
@@ -276,6 +291,8 @@ impl Options {
             update: self.update,
             iterations: self.iterations,
             tolerance: self.tolerance,
+            improve: !self.no_improve,
+            min_dihedral: self.min_dihedral,
             threads: self.threads.map_or(0, usize::from),
             random_seed: self.random_seed,
             time_limit: self.time_limit,

@@ -142,6 +142,7 @@ impl Observer for Watcher {
                 self.bar.set_position(0);
             }
             Stage::Extract => self.spin("extracting the mesh"),
+            Stage::Improve => self.spin("improving the mesh"),
         }
     }
 
@@ -162,6 +163,11 @@ impl Observer for Watcher {
         if let Some(step) = step {
             self.show_step(step);
         }
+        if self.interrupt.came() { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn improving(&mut self, below: usize) -> Flow {
+        self.tell(Verbosity::Verbose, &format!("improvement: {below} tets below the floor"));
         if self.interrupt.came() { Flow::Stop } else { Flow::Continue }
     }
 

@@ -51,6 +51,9 @@ impl Display for Summary<'_> {
             mesh.min_dihedral, mesh.max_dihedral, mesh.mean_min_dihedral, mesh.mean_radius_ratio
         )?;
         histogram(f, &mesh.dihedral_histogram)?;
+        if !self.0.improved.is_empty() {
+            writeln!(f, "improved   {}", self.0.improved)?;
+        }
         let iterations = counted(self.0.iterations.len(), "iteration");
         writeln!(f, "stopped    after {iterations}: {}", self.0.stopped)?;
         self.time(f)

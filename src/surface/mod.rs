@@ -202,6 +202,27 @@ impl Surface {
         triangle::normal2(a, b, c)
     }
 
+    /// The triangle closest to the centroid of a facet, of those that face the same way where there are such nearby.
+    pub fn facing(&self, corners: [DVec3; 3]) -> u32 {
+        let [a, b, c] = corners;
+        let (center, normal) = (triangle::centroid(a, b, c), triangle::normal2(a, b, c));
+        let faces = |t: u32| self.normal2(t).dot(normal) > 0.0;
+        let closest = self.tree.closest(center);
+        if faces(closest.triangle) {
+            return closest.triangle;
+        }
+        // In a thin wall the other sheet may be closer.
+        let reach = corners.map(|p| p.distance(center)).into_iter().fold(0.0, f64::max);
+        let mut best = (reach * reach, closest.triangle);
+        self.tree.near_box(center - reach, center + reach, |t| {
+            let d = triangle::closest_point(self.corners(t), center).distance_squared(center);
+            if faces(t) && (d, t) < best {
+                best = (d, t);
+            }
+        });
+        best.1
+    }
+
     /// For each triangle, the index of its face in the input, counted from 0.
     pub fn source(&self) -> &[u32] {
         &self.source
