@@ -6,9 +6,9 @@
 
 use std::time::Instant;
 
-use tetcvt::lloyd::Relaxation;
 use tetcvt::params::{Params, Target};
 use tetcvt::progress::Silent;
+use tetcvt::relax::Relaxation;
 use tetcvt::surface::features::Features;
 use tetcvt::{io, seeds};
 
@@ -32,7 +32,7 @@ fn main() {
     let params = Params { target: Target::Count(count), tolerance: 0.0, threads, ..Params::default() };
     let features = Features::find(&surface, params.feature_angle);
     let seeds = seeds::sample(&surface, &features, &params).expect("seeds");
-    let mut relaxation = Relaxation::new(&surface, &features, &params, seeds).expect("a triangulation");
+    let mut relaxation = Relaxation::new(&surface, &features, &params, seeds, None).expect("a triangulation");
     let mut times = Vec::new();
     for _ in 0..iterations {
         let (clock, running) = (Instant::now(), running_ms());

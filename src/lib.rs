@@ -3,7 +3,7 @@
 //! ```text
 //! surface ──> seeds ──> Delaunay ──> clipped Voronoi cells ──> extract ──> TetMesh
 //!                          ^                   │
-//!                          └─────── lloyd <────┘   each seed to the centroid of its cell, until the energy rests
+//!                          └─────── relax <────┘   all seeds down the CVT energy, until it rests
 //! ```
 //!
 //! The input is a closed triangle surface ([`Surface`]), the output a mesh of the solid that it bounds ([`TetMesh`]): every
@@ -68,8 +68,10 @@ pub mod clipped_voronoi;
 // The output.
 pub mod tet_mesh;
 
+pub mod improve;
+
 // The loop.
-pub mod lloyd;
+pub mod relax;
 
 // From cells to the output, with more seeds where it needs them.
 pub mod extract;
@@ -85,6 +87,9 @@ pub mod mesher;
 pub mod quality;
 
 pub mod report;
+
+// The output with curved edges.
+pub mod second_order;
 
 // Files.
 pub mod io;

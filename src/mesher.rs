@@ -1,17 +1,24 @@
 //! The whole algorithm on one screen.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::error::Error;
 use crate::extract::{self, Sampling};
-use crate::lloyd::{Relaxation, Stopped};
+use crate::improve;
 use crate::params::{Boundary, Params};
 use crate::progress::{Observer, Stage};
 use crate::refine;
+use crate::relax::{Relaxation, Stopped};
 use crate::seeds;
 use crate::surface::Surface;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
+
+/// Iterations against slivers, at most.
+const MOST_AGAINST_SLIVERS: usize = 3;
+
+/// The longest time limit, in seconds: a clock may not count further.
+const LONGEST: f64 = 1e9;
 
 /// Meshes the solid that `surface` bounds, with exactly as many vertices as `params` ask for.
 ///
@@ -28,6 +35,8 @@ pub fn tetrahedralize(surface: &Surface, params: &Params, observer: &mut dyn Obs
 }
 
 fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Result<TetMesh, Error> {
+    let deadline = params.time_limit.map(|s| Instant::now() + Duration::from_secs_f64(s.min(LONGEST)));
+
     // 1. Seeds on corners, creases and the surface, and inside.
     observer.stage(Stage::Seeds);
     let started = Instant::now();
@@ -36,15 +45,19 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     let seeds_s = started.elapsed().as_secs_f64();
     observer.seeds(None, &seeds.positions, surface.frame());
 
+    // Of the iterations, the last few are against slivers.
+    let against_slivers = MOST_AGAINST_SLIVERS.min(params.iterations / 10);
+    let iterations = params.iterations - against_slivers;
+
     // 2. To a centroidal Voronoi tessellation of the solid.
     observer.stage(Stage::Relax { iterations: params.iterations });
-    let mut relaxation = Relaxation::new(surface, &features, params, seeds)?;
-    let mut stopped = relaxation.run(params.iterations * 2 / 3, observer)?;
-    if params.boundary == Boundary::Conform && stopped != Stopped::Caller && params.iterations > 0 {
+    let mut relaxation = Relaxation::new(surface, &features, params, seeds, deadline)?;
+    let mut stopped = relaxation.run(iterations / 3, observer)?;
+    if params.boundary == Boundary::Conform && !stopped.is_interruption() && params.iterations > 0 {
         stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
     }
-    if stopped != Stopped::Caller {
-        let before_last = params.iterations * 9 / 10;
+    if !stopped.is_interruption() {
+        let before_last = iterations * 9 / 10;
         stopped = relaxation.run(before_last.saturating_sub(relaxation.iterations()), observer)?;
     }
 
@@ -52,23 +65,40 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     observer.stage(Stage::Extract);
     let started = Instant::now();
     let moved_s = relaxation.moving_time();
-    let mut inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
-    if stopped == Stopped::Iterations && relaxation.iterations() < params.iterations {
-        stopped = relaxation.run(params.iterations - relaxation.iterations(), observer)?;
-        inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped == Stopped::Caller)?;
+    let mut inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
+    if stopped == Stopped::Iterations && relaxation.iterations() < iterations {
+        stopped = relaxation.run(iterations - relaxation.iterations(), observer)?;
+        inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
     }
-    observer.triangulation(relaxation.delaunay(), surface.frame());
+    if !stopped.is_interruption() && against_slivers > 0 {
+        let last = relaxation.reduce_slivers(against_slivers, observer)?;
+        stopped = if last.is_interruption() { last } else { stopped };
+        inside = refine::until_valid(&mut relaxation, surface, params, observer, true)?;
+    }
+    observer.triangulation(relaxation.delaunay(), surface);
 
     // 4. The restricted Delaunay tets and their boundary.
     let kinds = relaxation.seeds().kinds();
     let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
-    let mut mesh = extract::mesh(&sampling, &inside);
+    // The input's own patches, or else the smooth pieces between its creases.
+    let patch = if surface.has_patches() { surface.patch() } else { &features.face };
+    let mut mesh = extract::mesh(&sampling, &inside, patch);
     mesh.check().map_err(Error::Broken)?;
+    let extract_s = started.elapsed().as_secs_f64();
+
+    // 5. Slivers out.
+    let started = Instant::now();
+    if params.improve {
+        observer.stage(Stage::Improve);
+        mesh.improved = improve::improve(&mut mesh, relaxation.seeds(), (surface, &features, patch), params, observer);
+    }
+    let improve_s = started.elapsed().as_secs_f64();
 
     mesh.stopped = describe(stopped, params);
     (mesh.steps, mesh.times) = relaxation.into_record();
     mesh.times.seeds = seeds_s;
-    mesh.times.extract = started.elapsed().as_secs_f64() - (mesh.times.update + mesh.times.centroids - moved_s);
+    mesh.times.extract = extract_s - (mesh.times.update + mesh.times.centroids - moved_s);
+    mesh.times.improve = improve_s;
     Ok(mesh)
 }
 
@@ -76,6 +106,7 @@ fn describe(stopped: Stopped, params: &Params) -> String {
     match stopped {
         Stopped::Iterations => "as many as were asked for".to_string(),
         Stopped::Tolerance => format!("the energy changed by less than {:e} of itself", params.tolerance),
+        Stopped::Time => "the time limit was reached".to_string(),
         Stopped::Caller => "stopped by the caller".to_string(),
     }
 }

@@ -1,5 +1,6 @@
 //! What the user chooses; read-only from [`Params::validate`] on.
 
+pub use crate::delaunay::Method as Update;
 use crate::error::Error;
 
 /// The largest count of vertices: the kernel packs a tet's index and a facet into 32 bits, and there are under 8 tets to a
@@ -11,6 +12,9 @@ const MOST_THREADS: usize = 1024;
 
 /// The largest number of iterations: more than any run will see, and far from overflow.
 const MOST_ITERATIONS: usize = 1_000_000_000;
+
+/// The highest floor for dihedral angles, in degrees: regular tets, which do not fill space, have 70.5.
+pub const HIGHEST_FLOOR: f64 = 60.0;
 
 /// How many vertices the mesh gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,20 +49,14 @@ pub enum Start {
     Random,
 }
 
-/// How the triangulation follows the moving seeds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-pub enum Update {
-    /// All of the triangulation is tested and the little that has changed is mended, by flips.
-    Bicell,
-    /// The triangulation is built anew in every iteration.
-    Rebuild,
-}
-
 /// How seeds move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Optimizer {
+    /// By the energy's slope and what is remembered of its curvature: L-BFGS (Liu et al. 2009).
+    Lbfgs,
+    /// Half again the step of Lloyd with momentum, without a line search (Nesterov 1983).
+    Nesterov,
     /// Each seed to the centroid of its cell (Du, Faber, Gunzburger 1999).
     Lloyd,
 }
@@ -78,14 +76,21 @@ pub struct Params {
     pub optimizer: Optimizer,
     /// How the triangulation follows them.
     pub update: Update,
-    /// At most so many iterations; 0 = only sample. A few more may follow where a valid mesh needs further seeds.
+    /// At most so many iterations; 0 = only sample. The last tenth, at most three, is against slivers. A few more may follow
+    /// where a valid mesh needs further seeds.
     pub iterations: usize,
     /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never.
     pub tolerance: f64,
+    /// Whether slivers are taken out at the end.
+    pub improve: bool,
+    /// The dihedral angle that the improvement aims at, in degrees: 0 to [`HIGHEST_FLOOR`].
+    pub min_dihedral: f64,
     /// Number of threads; 0 = all cores. The result does not depend on it.
     pub threads: usize,
     /// Seed of every random choice.
     pub random_seed: u64,
+    /// Finish with the best mesh so far after about so many seconds.
+    pub time_limit: Option<f64>,
     /// Verify every invariant after every iteration (slow).
     pub check: bool,
 }
@@ -97,12 +102,15 @@ impl Default for Params {
             boundary: Boundary::Conform,
             feature_angle: 40.0,
             start: Start::Bcc,
-            optimizer: Optimizer::Lloyd,
+            optimizer: Optimizer::Lbfgs,
             update: Update::Bicell,
-            iterations: 100,
-            tolerance: 1e-6,
+            iterations: 40,
+            tolerance: 2e-5,
+            improve: true,
+            min_dihedral: 35.0,
             threads: 0,
             random_seed: 1,
+            time_limit: None,
             check: false,
         }
     }
@@ -129,6 +137,17 @@ impl Params {
         }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return refuse("tolerance", format!("{} is not a finite number of at least 0", self.tolerance));
+        }
+        if let Some(limit) = self.time_limit
+            && !(limit >= 0.0 && limit.is_finite())
+        {
+            return refuse("time-limit", format!("{limit} is not a finite number of at least 0 seconds"));
+        }
+        if !(0.0..=HIGHEST_FLOOR).contains(&self.min_dihedral) {
+            return refuse(
+                "min-dihedral",
+                format!("{} is not between 0 and {HIGHEST_FLOOR} degrees", self.min_dihedral),
+            );
         }
         if self.threads > MOST_THREADS {
             return refuse("threads", format!("{} is more than {MOST_THREADS}", self.threads));
@@ -171,6 +190,12 @@ mod tests {
         for tolerance in [-1e-9, f64::NAN, f64::INFINITY] {
             assert_eq!(refused(|p| p.tolerance = tolerance), Some("tolerance"));
         }
+        for limit in [-1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(|p| p.time_limit = Some(limit)), Some("time-limit"));
+        }
+        for angle in [-1.0, 60.1, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(|p| p.min_dihedral = angle), Some("min-dihedral"));
+        }
         assert_eq!(refused(|p| p.threads = 65_535), Some("threads"));
         assert_eq!(refused(|p| p.iterations = usize::MAX), Some("iterations"));
     }
@@ -181,7 +206,11 @@ mod tests {
             assert_eq!(refused(|p| p.target = Target::Count(n)), None);
         }
         assert_eq!(refused(|p| p.feature_angle = 180.0), None);
+        for angle in [0.0, HIGHEST_FLOOR] {
+            assert_eq!(refused(|p| p.min_dihedral = angle), None);
+        }
         assert_eq!(refused(|p| p.tolerance = 0.0), None);
         assert_eq!(refused(|p| p.iterations = 0), None);
+        assert_eq!(refused(|p| p.time_limit = Some(0.0)), None);
     }
 }

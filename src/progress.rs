@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::delaunay::Delaunay;
 use crate::geometry::frame::Frame;
+use crate::surface::Surface;
 
 /// The stages of a run, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub enum Stage {
     },
     /// Taking the mesh out of the triangulation.
     Extract,
+    /// Taking slivers out of it.
+    Improve,
 }
 
 /// Whether a run goes on.
@@ -29,13 +32,35 @@ pub enum Flow {
     Stop,
 }
 
+/// How seeds moved in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Move {
+    /// Each to the centroid of its piece.
+    #[default]
+    Lloyd,
+    /// The same with momentum.
+    Nesterov,
+    /// Down the energy by what is known of its curvature.
+    Lbfgs,
+    /// Towards an optimal Delaunay triangulation: away from slivers, at some cost of energy.
+    Odt,
+    /// Some of them to where the mesh needs them.
+    Insertion,
+}
+
 /// One iteration, as `--json` reports it.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Step {
+    /// How the seeds moved.
+    #[serde(rename = "move")]
+    pub kind: Move,
     /// CVT energy of the seeds that the iteration began with, in the model's units to the fifth power.
     pub energy: f64,
     /// Longest way that a seed went, in model units.
     pub max_move: f64,
+    /// How often triangulation, cells and energy were computed: twice where a first motion was taken back.
+    pub evaluations: usize,
     /// Seconds for the triangulation.
     pub update_s: f64,
     /// Seconds for the clipped cells.
@@ -74,8 +99,13 @@ pub trait Observer: Send {
         Flow::Continue
     }
 
-    /// The whole Delaunay triangulation at the end, before extraction.
-    fn triangulation(&mut self, _delaunay: &Delaunay, _frame: &Frame) {}
+    /// A pass of the improvement is about to begin, with so many tets below its floor.
+    fn improving(&mut self, _below: usize) -> Flow {
+        Flow::Continue
+    }
+
+    /// The whole Delaunay triangulation at the end, before extraction, in the frame of the surface that it fills.
+    fn triangulation(&mut self, _delaunay: &Delaunay, _surface: &Surface) {}
 }
 
 /// Hears nothing.

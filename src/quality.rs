@@ -86,6 +86,7 @@ mod tests {
             boundary: Vec::new(),
             steps: Vec::new(),
             stopped: String::new(),
+            improved: String::new(),
             times: StageTimes::default(),
         })
     }

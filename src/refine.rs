@@ -10,9 +10,9 @@ use crate::error::Error;
 use crate::extract::{self, Defect, DefectKind, Proposal, Sampling};
 use crate::fidelity;
 use crate::geometry::frame::snap;
-use crate::lloyd::{Relaxation, Stopped};
 use crate::params::{Boundary, Params};
 use crate::progress::Observer;
+use crate::relax::{Relaxation, Stopped};
 use crate::seeds::{Anchor, SeedKind};
 use crate::surface::Surface;
 
@@ -69,8 +69,9 @@ pub fn follow_surface(
             donors.len()
         ));
         insert(relaxation, params, donors, observer)?;
-        if relaxation.run(FIDELITY_SMOOTHING, observer)? == Stopped::Caller {
-            return Ok(Stopped::Caller);
+        let stopped = relaxation.run(FIDELITY_SMOOTHING, observer)?;
+        if stopped.is_interruption() {
+            return Ok(stopped);
         }
     }
     Ok(Stopped::Iterations)
@@ -117,7 +118,7 @@ pub fn until_valid(
         insert(relaxation, params, donors, observer)?;
         if !interrupted {
             let left = params.iterations.saturating_sub(relaxation.iterations());
-            interrupted = relaxation.run(smoothing(round).min(left), observer)? == Stopped::Caller;
+            interrupted = relaxation.run(smoothing(round).min(left), observer)?.is_interruption();
         }
     }
     unreachable!("the last round returns: this is a bug in tetcvt")
@@ -186,7 +187,7 @@ fn insert(
         };
         targets[donor as usize] = (snap(proposal.place), anchor);
     }
-    relaxation.move_to(targets, observer)?;
+    relaxation.insert(targets, observer)?;
     Ok(())
 }
 

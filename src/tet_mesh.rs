@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::delaunay::Breakdown;
 use crate::geometry::tetrahedron::{self, FACETS};
 use crate::geometry::triangle;
 use crate::progress::Step;
@@ -33,10 +34,14 @@ pub struct StageTimes {
     pub build: f64,
     /// Keeping it while the seeds move.
     pub update: f64,
+    /// The parts of that.
+    pub update_parts: Breakdown,
     /// Clipped cells and their moments.
     pub centroids: f64,
     /// Taking the mesh out.
     pub extract: f64,
+    /// Taking slivers out of it.
+    pub improve: f64,
 }
 
 /// A tetrahedral mesh of a solid, in model units.
@@ -58,6 +63,8 @@ pub struct TetMesh {
     pub steps: Vec<Step>,
     /// Why the iterations ended, for a human.
     pub stopped: String,
+    /// What became of the floor for dihedral angles, for a human; empty where none was aimed at.
+    pub improved: String,
     /// Where the time went.
     pub times: StageTimes,
 }

@@ -17,7 +17,11 @@ fn program(folder: &Path, arguments: &[&str]) -> Command {
 }
 
 fn interrupt(child: &Child) {
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    send("-INT", child);
+}
+
+fn send(signal: &str, child: &Child) {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
 }
 
 /// Waits for `condition`, not for ever.
@@ -82,6 +86,125 @@ fn an_interrupt_with_nothing_to_keep_ends_with_status_130() {
 }
 
 #[test]
+fn being_told_to_terminate_or_to_hang_up_is_an_interrupt() {
+    for signal in ["-TERM", "-HUP"] {
+        let folder = folder_with_cube();
+        let (mut child, mut lines) = long_run(folder.path());
+        lines.find(|l| l.starts_with("iteration ")).expect("an iteration");
+        send(signal, &child);
+        lines.find(|l| l.contains("Ctrl-C again")).expect("an answer to the first signal");
+        send(signal, &child);
+        drop(lines);
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal}");
+        assert_eq!(names(folder.path()), ["cube.obj"], "{signal}");
+    }
+}
+
+#[test]
+fn a_hang_up_that_is_ignored_stays_ignored() {
+    let folder = folder_with_cube();
+    let script = "trap '' HUP; exec \"$0\" cube.obj --seeds 3000 --iterations 30 --tolerance 0 -v";
+    let mut child = Command::new("sh")
+        .args(["-c", script, PROGRAM])
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    lines.find(|l| l.starts_with("iteration ")).expect("an iteration");
+    send("-HUP", &child);
+    assert!(lines.any(|l| l.starts_with("iteration   30")), "all iterations");
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+/// Whatever stage a signal meets, files are whole or not there, the old ones untouched unless all is done.
+#[test]
+fn a_signal_at_any_time_leaves_whole_files_or_none() {
+    let arguments = [
+        "cube.obj",
+        "--seeds",
+        "1500",
+        "--iterations",
+        "8",
+        "-o",
+        "m.node",
+        "--surface",
+        "s.ply",
+        "--voronoi",
+        "v.vtu",
+        "--trajectory",
+        "t.npy",
+        "--json",
+        "r.json",
+    ];
+    let begin = Instant::now();
+    let folder = folder_with_cube();
+    assert!(program(folder.path(), &arguments).status().unwrap().success());
+    let whole = begin.elapsed();
+    let complete = names(folder.path());
+    assert_eq!(complete, ["cube.obj", "m.ele", "m.face", "m.node", "r.json", "s.ply", "t.npy", "v.vtu"]);
+    for step in 0..24u32 {
+        let folder = folder_with_cube();
+        fs::write(folder.path().join("m.ele"), "old").unwrap();
+        let mut child = program(folder.path(), &arguments).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(whole * step / 20);
+        // Every second time twice: at once, that is.
+        let signal = if step % 4 < 2 { "-INT" } else { "-TERM" };
+        for _ in 0..1 + step % 2 {
+            // It may have ended by itself.
+            let _ = Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status();
+        }
+        let status = child.wait().unwrap();
+        let mut stderr = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        let found = names(folder.path());
+        assert!(!found.iter().any(|name| name.starts_with('.')), "{step}: {found:?}");
+        let mesh_is_old = fs::read(folder.path().join("m.ele")).unwrap() == b"old";
+        match status.code() {
+            Some(0) => assert!(found == complete && !mesh_is_old, "{step}: {found:?} {stderr}"),
+            Some(130) if !mesh_is_old => assert!(found.contains(&"m.node".to_owned()), "{step}: {found:?}"),
+            // No code: the signal came before the program could listen.
+            Some(130) | None => assert!(!found.contains(&"m.node".to_owned()), "{step}: {found:?}"),
+            other => panic!("{step}: status {other:?}, {stderr}"),
+        }
+        assert!(stderr.lines().filter(|l| l.starts_with("error: ")).count() <= 1, "{step}: {stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn more_memory_than_half_of_what_is_free_is_announced() {
+    let folder = folder_with_cube();
+    let arguments = ["cube.obj", "--seeds", "100000000"];
+    let mut child = program(folder.path(), &arguments).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let first = lines.next().unwrap();
+    send("-KILL", &child);
+    let _ = child.wait();
+    assert!(first.starts_with("note: this will take about ") && first.contains(" are free"), "{first}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_found_before_any_work() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder_with_cube();
+    let locked = folder.path().join("locked");
+    fs::create_dir(&locked).unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
+    // Who may do everything can write there, too.
+    if fs::write(locked.join("probe"), "").is_err() {
+        let output = program(folder.path(), &["cube.obj", "-o", "locked/m.node"]).output().unwrap();
+        assert_eq!(output.status.code(), Some(4));
+    }
+    // A file where a folder is wanted stops everyone.
+    let arguments = ["cube.obj", "-o", "cube.obj/m.node"];
+    let output = program(folder.path(), &arguments).stderr(Stdio::piped()).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+    assert!(stderr.starts_with("error: cannot write cube.obj/m.node: ") && stderr.lines().count() == 1, "{stderr}");
+}
+
+#[test]
 fn closed_pipes_are_no_failure() {
     let folder = folder_with_cube();
     let arguments = ["cube.obj", "--seeds", "300", "--iterations", "2", "-v", "--json", "-"];
@@ -111,6 +234,21 @@ fn a_full_disk_keeps_the_old_files() {
     assert_eq!(stderr.lines().filter(|l| l.starts_with("error: cannot write ")).count(), 1, "{stderr}");
     assert_eq!(fs::read(folder.path().join("cube.vtu")).unwrap(), b"old");
     assert!(!names(folder.path()).iter().any(|name| name.ends_with(".part") || name.ends_with(".npy")));
+}
+
+#[test]
+fn a_full_disk_keeps_all_files_of_a_mesh() {
+    let folder = folder_with_cube();
+    let parts = ["m.ele", "m.face", "m.node"];
+    parts.iter().for_each(|name| fs::write(folder.path().join(name), "old").unwrap());
+    // The nodes have room, the tets have not.
+    let script = "trap '' XFSZ; ulimit -f 240; exec \"$0\" cube.obj --seeds 1500 --iterations 1 -o m.node";
+    let output = Command::new("sh").args(["-c", script, PROGRAM]).current_dir(folder.path()).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+    assert_eq!(stderr.lines().filter(|l| l.starts_with("error: cannot write m.ele")).count(), 1, "{stderr}");
+    assert!(parts.iter().all(|name| fs::read(folder.path().join(name)).unwrap() == b"old"));
+    assert_eq!(names(folder.path()), ["cube.obj", "cube.surface.vtp", "m.ele", "m.face", "m.node"]);
 }
 
 #[cfg(target_os = "linux")]

@@ -452,7 +452,7 @@ fn whole(name: &str, sampled: &Sampled) -> TetMesh {
     assert!(fatal.is_empty(), "{name}: {fatal:?}");
     let topology = Topology::of(&sampling, &labels, &Boundary::of(&sampling.complex, &labels));
     assert_eq!(topology.mismatch(), 0, "{name}");
-    let mesh = mesh(&sampling, &labels);
+    let mesh = mesh(&sampling, &labels, sampled.surface.patch());
     mesh.check().unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(mesh.points.len(), sampled.kinds.len(), "{name}");
     mesh
@@ -495,7 +495,7 @@ fn noise_on_real_labels_is_mended() {
         let noisy = label(&sampling, &clipped);
         assert!(defects(&sampling, &noisy, &[]).iter().any(|d| d.kind.is_fatal()), "{name}");
         let mended = mend(&sampling, noisy);
-        mesh(&sampling, &mended).check().unwrap_or_else(|e| panic!("{name}: {e}"));
+        mesh(&sampling, &mended, sampled.surface.patch()).check().unwrap_or_else(|e| panic!("{name}: {e}"));
     }
 }
 

@@ -15,11 +15,26 @@ mod delaunay;
 // Moved triangulations against rebuilt ones.
 mod relocation;
 
+// The same by every method.
+mod updaters;
+
+// Points added and taken out, one by one.
+mod editing;
+
 // Exact shapes, and the files of `models/` made of them.
 mod shapes;
 
 // Reading and checking surfaces.
 mod surface;
+
+// Every format that is read.
+mod input_formats;
+
+// Scenes of glTF.
+mod gltf;
+
+// Self-crossings, and what is mended on request.
+mod defects;
 
 // Inside tests, closest points, boxes and rays against brute force.
 mod box_tree;
@@ -36,14 +51,17 @@ mod clipped_voronoi;
 // The same moments in exact integers.
 mod moments;
 
-// Energy, determinism.
-mod lloyd;
+// Energy, kinds of seeds, determinism, stopping.
+mod relax;
 
 // Creases in the mesh.
 mod creases;
 
 // From triangulation to mesh.
 mod extract;
+
+// Slivers taken out.
+mod improve;
 
 // Each model end to end.
 mod models;
@@ -59,6 +77,10 @@ mod cli;
 #[cfg(all(unix, feature = "cli"))]
 mod cli_unix;
 
+// The binary on surfaces of every kind, and on files of other programs.
+#[cfg(feature = "cli")]
+mod cli_input;
+
 // What a run says of its mesh.
 mod report;
 
@@ -66,6 +88,15 @@ mod report;
 #[cfg(feature = "cli")]
 mod output;
 
+// The other formats, curved tets and Voronoi cells, each read back by the programs that they are for.
+#[cfg(feature = "cli")]
+mod output_formats;
+
+// One mesh at any scale and offset.
+mod scale;
+
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;
+
+mod trajectories;

@@ -6,14 +6,6 @@ use tetcvt::delaunay::{Delaunay, DelaunayError, Facet, Relocation};
 
 use crate::support::*;
 
-/// All tets, the infinite ones too, as a set.
-fn tets(delaunay: &Delaunay) -> Vec<[u32; 4]> {
-    let mut tets: Vec<[u32; 4]> = delaunay.vertices().to_vec();
-    tets.iter_mut().for_each(|t| t.sort_unstable());
-    tets.sort_unstable();
-    tets
-}
-
 /// Moves, and compares with a triangulation built of the same points: tets or errors alike. Returns none for an error.
 fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocation> {
     let before = (delaunay.points().to_vec(), delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
@@ -22,7 +14,7 @@ fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocatio
             delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
             assert_eq!(delaunay.points(), built.points(), "{what}");
             assert_eq!(delaunay.scale(), built.scale(), "{what}");
-            assert!(tets(delaunay) == tets(&built), "{what}: not the tets of a new triangulation");
+            assert!(sorted_tets(delaunay) == sorted_tets(&built), "{what}: not the tets of a new triangulation");
             Some(report)
         }
         (Err(error), Err(expected)) => {
@@ -37,7 +29,7 @@ fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocatio
 }
 
 /// Point sets to start from.
-fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
+pub fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
     let take = |mut points: Vec<DVec3>| {
         points.truncate(count);
         points
@@ -55,7 +47,7 @@ fn starts(count: usize, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
 }
 
 /// Motions of every kind, of points about a spacing `h` apart.
-fn motions(points: &[DVec3], h: f64, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
+pub fn motions(points: &[DVec3], h: f64, seed: u64) -> Vec<(&'static str, Vec<DVec3>)> {
     let mut rng = Rng(seed);
     let mut each = |f: &mut dyn FnMut(&mut Rng, usize, DVec3) -> DVec3| -> Vec<DVec3> {
         points.iter().enumerate().map(|(i, &p)| f(&mut rng, i, p)).collect()
@@ -132,7 +124,7 @@ fn a_pentagram_is_no_pentagon() {
 }
 
 /// Each vertex goes `damping` of the way to the mean of its neighbours; those of the hull stay.
-fn smoothed(delaunay: &Delaunay, damping: f64) -> Vec<DVec3> {
+pub fn smoothed(delaunay: &Delaunay, damping: f64) -> Vec<DVec3> {
     let points = delaunay.points();
     let adjacency = delaunay.adjacency();
     let mut to: Vec<DVec3> = (0..points.len())
@@ -264,6 +256,87 @@ fn the_number_of_threads_does_not_matter() {
     let (one, three) = (run(1), run(3));
     assert!(one == three);
     assert!(one.iter().any(|step| step.2.flips > 0 && !step.2.rebuilt));
+}
+
+/// Checks the tets, and now and then that they are those of a new triangulation.
+fn follow_long(delaunay: &mut Delaunay, to: &[DVec3], step: usize, what: &str) -> Relocation {
+    if step.is_multiple_of(16) {
+        return follow(delaunay, to, what).expect("these points have tets");
+    }
+    let report = delaunay.relocate(to).expect("these points have tets");
+    if step.is_multiple_of(3) {
+        delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
+    }
+    report
+}
+
+/// Many small steps, so that certificates last; with pauses, bursts, leaps of a few, and stretches on a grid.
+#[test]
+fn certificates_last_for_as_long_as_they_say() {
+    for (kind, mut points) in [
+        ("uniform", uniform(1000, 200)),
+        ("lattice", jittered_lattice(1000, 1e-3, 201)),
+        ("exact lattice", jittered_lattice(1000, 0.0, 202)),
+        ("layers", layers(1000, 5, 203)),
+    ] {
+        let h = (points.len() as f64).cbrt().recip();
+        let mut delaunay = Delaunay::build(&points).expect("these points have tets");
+        let mut rng = Rng(204);
+        // Steps are not all random: what drifts reaches the limits that what trembles never does.
+        let drift: Vec<DVec3> = points.iter().map(|_| rng.point()).collect();
+        let (mut spared, mut flips) = (0, 0);
+        for step in 0..400 {
+            let size = h * [1e-4, 3e-4, 1e-3, 1e-5][step / 25 % 4];
+            let what = format!("{kind}, step {step}");
+            for (i, p) in points.iter_mut().enumerate() {
+                match step % 50 {
+                    40 => *p = (*p * 4096.0).round() / 4096.0,
+                    41 => {}
+                    42 if i % 311 == step / 50 => *p = rng.point(),
+                    43 if i / 40 == step / 50 => *p += rng.point() * (0.2 * h),
+                    44 if i % 2 == 0 => {}
+                    _ => *p += drift[i] * size + rng.point() * (0.3 * size),
+                }
+            }
+            let report = follow_long(&mut delaunay, &points, step, &what);
+            spared += usize::from(report.tets * 4 < report.all_tets);
+            flips += report.flips;
+        }
+        assert!(flips > 0, "{kind}: nothing changed");
+        assert!(spared > 100 || kind != "uniform", "{kind}: certificates were of use in {spared} steps");
+    }
+}
+
+#[test]
+fn with_and_without_certificates_alike() {
+    let mut certified = Delaunay::build(&uniform(4000, 210)).expect("these points have tets");
+    let mut unfiltered = certified.clone();
+    let mut spared = 0;
+    for step in 0..150 {
+        let to = smoothed(&certified, if step < 60 { 0.5 } else { 0.001 });
+        let report = certified.relocate(&to).expect("these points have tets");
+        let all = unfiltered.relocate_unfiltered(&to).expect("these points have tets");
+        assert!(sorted_tets(&certified) == sorted_tets(&unfiltered), "step {step}");
+        assert!(all.tets == all.all_tets || all.rebuilt, "step {step}: {all:?}");
+        spared += usize::from(report.tets < report.all_tets / 4);
+    }
+    assert!(spared > 50, "{spared}");
+}
+
+/// As long as a long run: 20,000 points, 2,000 smoothing steps, compared with a new triangulation after each.
+#[test]
+#[ignore = "takes minutes"]
+fn a_long_relaxation() {
+    let mut delaunay = Delaunay::build(&uniform(20_000, 220)).expect("these points have tets");
+    for step in 0..2000 {
+        let to = smoothed(&delaunay, 0.5);
+        let report = delaunay.relocate(&to).expect("these points have tets");
+        assert!(
+            sorted_tets(&delaunay) == sorted_tets(&Delaunay::build(&to).expect("these points have tets")),
+            "step {step}"
+        );
+        assert!(!report.rebuilt || step < 20, "step {step}: {report:?}");
+    }
 }
 
 proptest! {

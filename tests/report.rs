@@ -52,6 +52,7 @@ fn mesh(center: DVec3, side: f64) -> TetMesh {
         boundary: boundary.collect(),
         steps: Vec::new(),
         stopped: String::new(),
+        improved: String::new(),
         times: StageTimes::default(),
     }
 }

@@ -187,7 +187,7 @@ fn counts_are_exact_on_every_model() {
     assert!(files.len() >= 5);
     files.sort();
     for file in files {
-        let surface = tetcvt::io::obj::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        let surface = tetcvt::io::read_surface(&file).unwrap_or_else(|e| panic!("{e}"));
         let name = file.file_stem().expect("a name").to_string_lossy();
         for n in [1000, 2999] {
             let features = Features::find(&surface, 40.0);

@@ -265,6 +265,18 @@ pub fn bad_models() -> Vec<(&'static str, Vec<u8>)> {
     add("empty.obj", "# nothing here\n".into());
     add("points_only.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n".into());
 
+    add(
+        "crossing_spheres.obj",
+        Shape::icosphere(1, 1.0)
+            .with(&Shape::icosphere(1, 1.0).placed(DVec3::X * 0.7, 1.0))
+            .obj("two spheres through each other"),
+    );
+    let on_it = cube().placed(DVec3::new(0.1, 0.2, 1.5), 0.5);
+    add("standing_cube.obj", cube().with(&on_it).obj("a cube that stands on a larger one"));
+    let tip = [(0.1, 0.2, 1.0), (1.0, 0.0, 3.0), (-1.0, 0.5, 3.0), (0.0, -1.0, 3.0)];
+    let peak = Shape { points: tip.map(DVec3::from).to_vec(), ..Shape::tetrahedron() }.reversed();
+    add("standing_tip.obj", cube().with(&peak).obj("a tetrahedron that touches a cube's side"));
+
     // Text that is no surface.
     add("garbage.obj", "The quick brown fox\njumps over the lazy dog.\n".into());
     add("bad_number.obj", cube().obj("a coordinate that is not a number").replacen("-1 -1 -1", "-1 one -1", 1));

@@ -3,7 +3,16 @@
 use glam::DVec3;
 use num_bigint::BigInt;
 use num_traits::Zero;
+use tetcvt::delaunay::Delaunay;
 use tetcvt::geometry::predicates::Sign;
+
+/// All tets, the infinite ones too, as a set.
+pub fn sorted_tets(delaunay: &Delaunay) -> Vec<[u32; 4]> {
+    let mut tets: Vec<[u32; 4]> = delaunay.vertices().to_vec();
+    tets.iter_mut().for_each(|t| t.sort_unstable());
+    tets.sort_unstable();
+    tets
+}
 
 /// SplitMix64.
 #[derive(Clone)]

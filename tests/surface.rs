@@ -194,7 +194,7 @@ fn needles_in_rows_and_fans_are_removed() {
 fn thin_triangles_with_an_area_stay() {
     let mut cube = shapes::cube_with_needle();
     // Off the diagonal by 1e-9: a dent, not a degenerate triangle.
-    cube.points[8].x += 1e-9;
+    cube.points[8].x -= 1e-9;
     let surface = cube.surface().expect("a cube");
     assert_eq!(surface.triangles().len(), 14);
     assert!(surface.notes().is_empty(), "{:?}", surface.notes());

@@ -1,40 +1,52 @@
 //! The command line, and what it asks for once it makes sense.
 
+use std::num::{IntErrorKind, ParseIntError};
 use std::path::{Path, PathBuf};
 
 use clap::{ArgAction, Parser};
 
 use crate::error::Error;
 use crate::io::atomic;
-use crate::io::vtk::Format;
+use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
+use crate::surface::Mending;
 
 const AFTER_HELP: &str = "\
+Formats, by extension:
+  mesh     .vtu, .vtk (VTK), .msh (Gmsh 4.1), .mesh (Medit), .inp (Abaqus), .node or .ele (TetGen: both, and .face)
+  surface  .vtp, .vtk (VTK), .obj, .stl, .ply
+
 Exit status:
   0    done
-  1    the surface cannot be meshed (open, non-manifold, empty, ...)
+  1    the surface cannot be meshed (open, non-manifold, self-crossing, ...)
   2    wrong usage
   3    cannot read or parse the surface
   4    cannot write
   5    no valid mesh at this count
   130  interrupted with nothing to keep
 
-Ctrl-C finishes with the seeds as they are; a second one stops at once.
+Ctrl-C, or SIGTERM, finishes with the seeds as they are; a second one stops at once.
 Progress and messages go to standard error, standard output carries only what is asked for.
 
 Examples:
   tetcvt bunny.obj --seeds 20000
       bunny.vtu, a mesh of exactly 20000 vertices, and bunny.surface.vtp, its boundary
   tetcvt part.obj --edge 2% -o out/part.vtu --surface out/part.vtp --json out/part.json
-      edges of 2 % of the diagonal, files where you want them, and a report";
+      edges of 2 % of the diagonal, files where you want them, and a report
+  tetcvt part.obj -o part.msh --second-order --surface part.stl
+      curved tets for Gmsh, with groups for regions and patches, and the boundary as STL";
 
 /// Fills a closed triangle surface with tetrahedra, by a centroidal Voronoi tessellation.
 #[derive(Debug, Parser)]
 #[command(version, after_help = AFTER_HELP, max_term_width = 100)]
 pub(super) struct Options {
-    /// Closed triangle surface: OBJ
+    /// Closed triangle surface: OBJ, STL, PLY, OFF, VTK (.vtk, .vtp, .vtu), glTF (.gltf, .glb)
     #[arg(value_name = "SURFACE")]
     surface: PathBuf,
+
+    /// Mend small holes and gaps, duplicate faces, hanging sheets, parts that touch
+    #[arg(long, help_heading = "Surface")]
+    repair: bool,
 
     /// Vertices of the mesh: exactly N [default: 20000]
     #[arg(long, value_name = "N", help_heading = "Size", value_parser = count, conflicts_with = "edge", allow_negative_numbers = true)]
@@ -57,20 +69,35 @@ pub(super) struct Options {
     start: Start,
 
     /// How seeds move
-    #[arg(long, help_heading = "Iterations", default_value = "lloyd")]
+    #[arg(long, help_heading = "Iterations", default_value = "lbfgs")]
     optimizer: Optimizer,
 
     /// At most K iterations; 0 = only sample
-    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 40, allow_negative_numbers = true)]
     iterations: usize,
 
     /// Stop when the energy falls by less than T of itself in an iteration; 0 = never
-    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "1e-6", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "2e-5", allow_negative_numbers = true)]
     tolerance: f64,
 
     /// How the triangulation follows the seeds
     #[arg(long, help_heading = "Iterations", default_value = "bicell")]
     update: Update,
+
+    /// The floor that the improvement of dihedral angles aims at, in degrees
+    #[arg(
+        long,
+        value_name = "DEG",
+        help_heading = "Improvement",
+        default_value_t = 35.0,
+        allow_negative_numbers = true,
+        conflicts_with = "no_improve"
+    )]
+    min_dihedral: f64,
+
+    /// Leave the Delaunay tets as they are
+    #[arg(long, help_heading = "Improvement")]
+    no_improve: bool,
 
     /// Threads [default: all cores]; the result does not depend on it
     #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..))]
@@ -79,6 +106,10 @@ pub(super) struct Options {
     /// Seed of every random choice
     #[arg(long, value_name = "N", help_heading = "Run", default_value_t = 1)]
     random_seed: u64,
+
+    /// Finish with the best mesh so far after about S seconds
+    #[arg(long, value_name = "S", help_heading = "Run", allow_negative_numbers = true)]
+    time_limit: Option<f64>,
 
     /// Verify every invariant after every iteration (slow)
     #[arg(long, help_heading = "Run")]
@@ -92,13 +123,25 @@ pub(super) struct Options {
     #[arg(short, long, help_heading = "Run", action = ArgAction::Count)]
     verbose: u8,
 
-    /// The mesh: .vtu, .vtk [default: <stem of SURFACE>.vtu in the current folder]
+    /// The mesh, in a format below [default: <stem of SURFACE>.vtu in the current folder]
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: Option<PathBuf>,
 
-    /// The restricted Delaunay surface: .vtp, .vtk [default: <stem of SURFACE>.surface.vtp in the current folder]
+    /// The restricted Delaunay surface [default: <stem of SURFACE>.surface.vtp in the current folder]
     #[arg(long = "surface", id = "surface_output", value_name = "FILE", help_heading = "Output")]
     surface_output: Option<PathBuf>,
+
+    /// The clipped Voronoi cells of the seeds, as polyhedra: .vtu
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    voronoi: Option<PathBuf>,
+
+    /// Tets with nodes in the middle of their edges, on the surface where the edge is: .vtu, .vtk, .msh, .inp
+    #[arg(long, help_heading = "Output")]
+    second_order: bool,
+
+    /// Text instead of binary, in formats that have both: .msh, .stl, .ply
+    #[arg(long, help_heading = "Output")]
+    ascii: bool,
 
     /// Everything the run knows of itself; - = standard output
     #[arg(long, value_name = "FILE|-", help_heading = "Output")]
@@ -115,7 +158,10 @@ pub(super) struct Options {
 
 /// A number of things.
 fn count(text: &str) -> Result<usize, String> {
-    text.parse().map_err(|_| "a whole number is wanted".to_owned())
+    text.parse().map_err(|error: ParseIntError| match error.kind() {
+        IntErrorKind::PosOverflow => "that is more than any run could have".to_owned(),
+        _ => "a whole number is wanted".to_owned(),
+    })
 }
 
 /// `--edge`: a length, or a share of the diagonal.
@@ -154,12 +200,17 @@ pub(super) enum ReportTarget {
 /// A command line that makes sense.
 pub(super) struct Job {
     pub surface: PathBuf,
+    pub mending: Mending,
+    pub defects_file: PathBuf,
     pub params: Params,
     pub verbosity: Verbosity,
     pub mesh_file: PathBuf,
-    pub mesh_format: Format,
+    pub mesh_format: MeshFormat,
+    pub second_order: bool,
     pub surface_file: PathBuf,
-    pub surface_format: Format,
+    pub surface_format: SurfaceFormat,
+    pub encoding: Encoding,
+    pub voronoi: Option<PathBuf>,
     pub report: Option<ReportTarget>,
     pub trajectory: Option<PathBuf>,
     pub delaunay: Option<PathBuf>,
@@ -176,11 +227,21 @@ impl Options {
             name.push(suffix);
             PathBuf::from(name)
         };
+        let defects_file = default_name(".defects.vtp");
+        let mending = if self.repair { Mending::Repair } else { Mending::Exact };
         let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
         let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
-        let mesh_format = Format::of_mesh(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, ".vtu or .vtk"))?;
+        let mesh_format = MeshFormat::of(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, MeshFormat::KNOWN))?;
         let surface_format =
-            Format::of_surface(&surface_file).ok_or_else(|| unknown("surface", &surface_file, ".vtp or .vtk"))?;
+            SurfaceFormat::of(&surface_file).ok_or_else(|| unknown("surface", &surface_file, SurfaceFormat::KNOWN))?;
+        fits(&params, mesh_format, &mesh_file)?;
+        if self.second_order && !mesh_format.has_second_order() {
+            return refuse("second-order", format!("the format of {} has no such tets", mesh_file.display()));
+        }
+        if self.ascii && !mesh_format.has_text() && !surface_format.has_text() {
+            return refuse("ascii", "no file of this run is binary or text at choice".to_owned());
+        }
+        has_extension("voronoi", self.voronoi.as_deref(), "vtu")?;
         has_extension("trajectory", self.trajectory.as_deref(), "npy")?;
         has_extension("delaunay", self.delaunay.as_deref(), "vtu")?;
         let report = self.json.map(|path| match path.to_str() {
@@ -196,12 +257,17 @@ impl Options {
         let surface = self.surface;
         let job = Job {
             surface,
+            mending,
+            defects_file,
             params,
             verbosity,
             mesh_file,
             mesh_format,
             surface_file,
             surface_format,
+            second_order: self.second_order,
+            encoding: if self.ascii { Encoding::Text } else { Encoding::Binary },
+            voronoi: self.voronoi,
             report,
             trajectory,
             delaunay,
@@ -225,8 +291,11 @@ impl Options {
             update: self.update,
             iterations: self.iterations,
             tolerance: self.tolerance,
+            improve: !self.no_improve,
+            min_dihedral: self.min_dihedral,
             threads: self.threads.map_or(0, usize::from),
             random_seed: self.random_seed,
+            time_limit: self.time_limit,
             check: self.check,
         }
     }
@@ -234,20 +303,26 @@ impl Options {
 
 impl Job {
     /// The files to be written, by option.
-    fn outputs(&self) -> Vec<(&'static str, &Path)> {
-        let mut outputs = vec![("output", self.mesh_file.as_path()), ("surface", self.surface_file.as_path())];
+    fn outputs(&self) -> Vec<(&'static str, PathBuf)> {
+        let mut outputs: Vec<_> = self.mesh_files().into_iter().map(|path| ("output", path)).collect();
+        outputs.push(("surface", self.surface_file.clone()));
         if let Some(ReportTarget::File(path)) = &self.report {
-            outputs.push(("json", path));
+            outputs.push(("json", path.clone()));
         }
-        outputs.extend(self.trajectory.as_deref().map(|path| ("trajectory", path)));
-        outputs.extend(self.delaunay.as_deref().map(|path| ("delaunay", path)));
+        let others = [("trajectory", &self.trajectory), ("delaunay", &self.delaunay), ("voronoi", &self.voronoi)];
+        outputs.extend(others.into_iter().filter_map(|(option, path)| Some((option, path.clone()?))));
         outputs
+    }
+
+    /// The files that make up the mesh.
+    pub(super) fn mesh_files(&self) -> Vec<PathBuf> {
+        self.mesh_format.files(&self.mesh_file)
     }
 
     /// No output may be the input, nor another output; each must be writable.
     fn check_files(&self) -> Result<(), Error> {
         let outputs = self.outputs();
-        for (i, &(option, path)) in outputs.iter().enumerate() {
+        for (i, (option, path)) in outputs.iter().enumerate() {
             if atomic::same_file(path, &self.surface) {
                 return refuse(option, format!("{} is the surface itself", path.display()));
             }
@@ -261,6 +336,19 @@ impl Job {
 
 fn refuse<T>(option: &'static str, reason: String) -> Result<T, Error> {
     Err(Error::Parameter { option, reason })
+}
+
+/// Refuses a count whose mesh the format could not hold, before anything is computed.
+fn fits(params: &Params, format: MeshFormat, path: &Path) -> Result<(), Error> {
+    // VTK's legacy format counts the entries of its cells in 32 bits: 5 for a tet, of which there are under 7 to a vertex.
+    const MOST_IN_LEGACY: usize = i32::MAX as usize / 35;
+    match params.target {
+        Target::Count(n) if format == MeshFormat::Vtk && n > MOST_IN_LEGACY => {
+            let reason = format!("{} could not hold {n} vertices; a .vtu can", path.display());
+            refuse("output", reason)
+        }
+        _ => Ok(()),
+    }
 }
 
 fn unknown(option: &'static str, path: &Path, known: &str) -> Error {

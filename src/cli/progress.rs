@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::interrupt::Interrupt;
 use super::options::{Job, Verbosity};
 use super::say;
+use crate::clipped_voronoi::{Clipper, Polyhedra};
 use crate::delaunay::Delaunay;
 use crate::error::Error;
 use crate::geometry::frame::Frame;
@@ -17,6 +18,7 @@ use crate::io::atomic::AtomicFile;
 use crate::io::npy::TrajectoryWriter;
 use crate::io::vtk;
 use crate::progress::{Flow, Observer, Stage, Step};
+use crate::surface::Surface;
 
 /// What the program shows and writes while the library works.
 pub(super) struct Watcher {
@@ -26,6 +28,8 @@ pub(super) struct Watcher {
     trajectory: Option<TrajectoryWriter>,
     delaunay_path: Option<PathBuf>,
     delaunay: Option<AtomicFile>,
+    voronoi_path: Option<PathBuf>,
+    voronoi: Option<AtomicFile>,
     seeds: usize,
     iteration: usize,
     energy: Option<f64>,
@@ -39,6 +43,7 @@ pub(super) struct Watched {
     /// Files complete but for their names.
     pub trajectory: Option<TrajectoryWriter>,
     pub delaunay: Option<AtomicFile>,
+    pub voronoi: Option<AtomicFile>,
     /// What the library said.
     pub notes: Vec<String>,
     /// The first file that could not be written.
@@ -48,17 +53,20 @@ pub(super) struct Watched {
 }
 
 impl Watcher {
-    pub(super) fn new(job: &Job) -> Result<Watcher, Error> {
+    /// Shows progress on `bar`, and asks `interrupt` whether to go on.
+    pub(super) fn new(job: &Job, bar: ProgressBar, interrupt: Interrupt) -> Result<Watcher, Error> {
         let shown = job.verbosity > Verbosity::Quiet && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(None, target);
+        bar.set_draw_target(target);
         Ok(Watcher {
-            interrupt: Interrupt::listen(&bar),
+            interrupt,
             bar,
             verbosity: job.verbosity,
             trajectory: job.trajectory.as_deref().map(TrajectoryWriter::create).transpose()?,
             delaunay_path: job.delaunay.clone(),
             delaunay: None,
+            voronoi_path: job.voronoi.clone(),
+            voronoi: None,
             seeds: 0,
             iteration: 0,
             energy: None,
@@ -76,8 +84,8 @@ impl Watcher {
     }
 
     pub(super) fn finish(self) -> Watched {
-        let Watcher { trajectory, delaunay, notes, failure, writing, .. } = self;
-        Watched { trajectory, delaunay, notes, failure, writing }
+        let Watcher { trajectory, delaunay, voronoi, notes, failure, writing, .. } = self;
+        Watched { trajectory, delaunay, voronoi, notes, failure, writing }
     }
 
     /// Ends the bar, so that a summary can follow.
@@ -134,6 +142,7 @@ impl Observer for Watcher {
                 self.bar.set_position(0);
             }
             Stage::Extract => self.spin("extracting the mesh"),
+            Stage::Improve => self.spin("improving the mesh"),
         }
     }
 
@@ -157,9 +166,23 @@ impl Observer for Watcher {
         if self.interrupt.came() { Flow::Stop } else { Flow::Continue }
     }
 
-    fn triangulation(&mut self, delaunay: &Delaunay, frame: &Frame) {
+    fn improving(&mut self, below: usize) -> Flow {
+        self.tell(Verbosity::Verbose, &format!("improvement: {below} tets below the floor"));
+        if self.interrupt.came() { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn triangulation(&mut self, delaunay: &Delaunay, surface: &Surface) {
+        let frame = surface.frame();
         if let Some(path) = self.delaunay_path.take() {
             self.delaunay = self.attempt(|watcher| vtk::write_delaunay(&path, delaunay, frame, watcher.seeds));
+        }
+        if let Some(path) = self.voronoi_path.take() {
+            self.voronoi = self.attempt(|watcher| {
+                let clipped = Clipper::new(surface).clip(delaunay);
+                let cells = Polyhedra::of(delaunay, surface, &clipped, watcher.seeds);
+                let volumes: Vec<f64> = clipped.cells.iter().map(|c| c.volume).collect();
+                vtk::write_voronoi(&path, &cells, &volumes, frame)
+            });
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use crate::delaunay::Breakdown;
 use crate::quality::BIN_DEGREES;
 use crate::report::Report;
 
@@ -50,6 +51,9 @@ impl Display for Summary<'_> {
             mesh.min_dihedral, mesh.max_dihedral, mesh.mean_min_dihedral, mesh.mean_radius_ratio
         )?;
         histogram(f, &mesh.dihedral_histogram)?;
+        if !self.0.improved.is_empty() {
+            writeln!(f, "improved   {}", self.0.improved)?;
+        }
         let iterations = counted(self.0.iterations.len(), "iteration");
         writeln!(f, "stopped    after {iterations}: {}", self.0.stopped)?;
         self.time(f)
@@ -71,6 +75,14 @@ impl Summary<'_> {
             None => Ok(()),
         }
     }
+}
+
+/// Where the time of the updates went, in seconds and shares.
+pub(super) fn breakdown(update: &Breakdown) -> String {
+    let total: f64 = update.parts().iter().map(|(_, seconds)| seconds).sum();
+    let share = |seconds: f64| if total > 0.0 { 100.0 * seconds / total } else { 0.0 };
+    let parts = update.parts().map(|(name, seconds)| format!("{name} {seconds:.3} ({:.1} %)", share(seconds)));
+    format!("update     {total:.3} s: {}", parts.join(", "))
 }
 
 /// All dihedral angles, a line for each 10 degrees, without the empty lines at either end.

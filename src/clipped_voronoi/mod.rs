@@ -37,6 +37,8 @@ mod planes;
 
 mod polygon;
 
+pub mod polyhedra;
+
 mod sheet;
 
 mod slices;
@@ -48,6 +50,7 @@ mod voronoi_edges;
 mod winding;
 
 pub use cell::Cell;
+pub use polyhedra::Polyhedra;
 
 use crossings::Crossings;
 use owners::Owners;

@@ -60,8 +60,7 @@ impl Polygon {
             match self.bisectors.len() {
                 1 => first = corners,
                 2 => {
-                    self.lines.clear();
-                    self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
+                    self.set_whole();
                     self.cut(view, 0, first);
                     self.cut(view, 1, corners);
                 }
@@ -76,6 +75,12 @@ impl Polygon {
             1 => Clipped::Once(0, first),
             _ => self.summary(view),
         }
+    }
+
+    /// Sets the lines of a triangle that is [whole](Clipped::Whole).
+    pub(super) fn set_whole(&mut self) {
+        self.lines.clear();
+        self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
     }
 
     /// Sets the lines of a triangle that is clipped [once](Clipped::Once).
@@ -166,6 +171,21 @@ impl Polygon {
             before = line;
         }
     }
+}
+
+/// Where the segment from `u` to `v` meets the bisector of two seeds, lower index first; `u` is the surface's vertex with the
+/// lower index.
+pub(super) fn on_edge(u: DVec3, v: DVec3, [i, j]: [DVec3; 2]) -> DVec3 {
+    let view = View { corners: [u, v, v], seed: i };
+    let t = view.place_on_edge(0, 1, &view.bisector(0, j));
+    u + (v - u) * t
+}
+
+/// Where the bisectors of three seeds, ascending, meet on the triangle with these corners.
+pub(super) fn within(corners: [DVec3; 3], [i, j, k]: [DVec3; 3]) -> DVec3 {
+    let view = View { corners, seed: i };
+    let [_, b, c] = view.place_within(&view.bisector(0, j), &view.bisector(0, k));
+    corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
 }
 
 /// The seed that owns point `at`, by descent over Delaunay neighbours from `start`: Voronoi cells are convex, so a seed

@@ -11,46 +11,35 @@
 //! (46.9 M^(3/2) |q|² + 29.5 M^(5/2)) 2^-53: with D' = D - 50 M^(3/2) 2^-53 and K = 32 M^(5/2) 2^-53, rounding of these
 //! themselves included, a facet with D' |q|² - A.q > K is certainly Delaunay, and a tet with D' > 0 certainly positive.
 //!
-//! The infinite vertex stands far out on an axis. A finite tet's facet on the hull then always passes, and
-//! an infinite tet never does, so that it goes on to the exact tests of the hull.
+//! Each facet is left to one of its two tets, the one whose own vertex opposite has the lesser number; a facet of the hull
+//! to the infinite tet, which never passes, so that it goes on to the exact tests of the hull.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::facet::INFINITE;
+
 /// Tets that are tested at once.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// Tets that one thread tests in a row.
 const CHUNK: usize = 4096;
 
-/// Where the infinite vertex stands: a power of two whose square dwarfs any product of coordinates.
-const FAR: f64 = f64::from_bits((1023 + 300) << 52);
-
 /// Below this squared length products may underflow.
-const TINY: f64 = 1e-50;
+pub const TINY: f64 = 1e-50;
 
-/// A position, aligned so that it is never split between cache lines.
-#[derive(Clone, Copy, Default)]
-#[repr(align(32))]
-pub struct Corner([f64; 4]);
-
-/// Copies positions to where [`suspects`] wants them: the infinite vertex comes last.
-pub fn corners(points: &[DVec3], corners: &mut Vec<Corner>) {
-    corners.clear();
-    corners.extend(points.iter().map(|p| Corner([p.x, p.y, p.z, 0.0])));
-    // To a power of two, so that the infinite vertex, all bits set, becomes the last of them by a mask.
-    corners.resize((points.len() + 1).next_power_of_two(), Corner([FAR, 0.0, 0.0, 0.0]));
-}
+/// Half the distance from 1 to the next number: the largest relative error of a rounding.
+pub const U: f64 = f64::EPSILON / 2.0;
 
 /// The tets, ascending, of which it is not certain that they are positive and their facets Delaunay: all
 /// infinite ones, and few others.
-pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]) -> Vec<u32> {
+pub fn suspects(points: &[DVec3], vertices: &[[u32; 4]], opposite: &[[u32; 4]]) -> Vec<u32> {
     let chunks = vertices.len().div_ceil(CHUNK);
     let chunk = |n: usize| {
         let range = n * CHUNK..vertices.len().min((n + 1) * CHUNK);
         let first = range.start as u32;
         pulp::Arch::new().dispatch(Scan {
-            corners,
+            points,
             vertices: &vertices[range.clone()],
             opposite: &opposite[range],
             first,
@@ -66,7 +55,7 @@ pub fn suspects(corners: &[Corner], vertices: &[[u32; 4]], opposite: &[[u32; 4]]
 /// Tests of tets in a row. It is compiled for each width of vectors, and the widest that the processor has is chosen as the
 /// program runs; the operations are the same in each, and so are the answers.
 struct Scan<'a> {
-    corners: &'a [Corner],
+    points: &'a [DVec3],
     vertices: &'a [[u32; 4]],
     opposite: &'a [[u32; 4]],
     /// Number of the first tet.
@@ -78,13 +67,13 @@ impl pulp::WithSimd for Scan<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Vec<u32> {
-        let Scan { corners, vertices, opposite, first } = self;
+        let Scan { points, vertices, opposite, first } = self;
         let mut found = Vec::new();
         let (blocks, rest) = vertices.as_chunks::<LANES>();
         let (opposite_blocks, opposite_rest) = opposite.as_chunks::<LANES>();
         let mut number = first;
         for (vertices, opposite) in blocks.iter().zip(opposite_blocks) {
-            let passed = test(corners, vertices, opposite);
+            let passed = test(points, vertices, opposite);
             if passed != [1.0; LANES] {
                 note(&passed, number, &mut found);
             }
@@ -94,7 +83,7 @@ impl pulp::WithSimd for Scan<'_> {
             let mut last = ([[0; 4]; LANES], [[0; 4]; LANES]);
             last.0[..rest.len()].copy_from_slice(rest);
             last.1[..rest.len()].copy_from_slice(opposite_rest);
-            note(&test(corners, &last.0, &last.1)[..rest.len()], number, &mut found);
+            note(&test(points, &last.0, &last.1)[..rest.len()], number, &mut found);
         }
         found
     }
@@ -107,25 +96,38 @@ fn note(passed: &[f64], first: u32, found: &mut Vec<u32>) {
 }
 
 /// A number of each tet.
-type Lanes = [f64; LANES];
+pub type Lanes = [f64; LANES];
+
+/// The corners of tets, and then their apexes: the vertices across each facet.
+pub type Gathered = [[DVec3; LANES]; 8];
+
+/// Finds the corners and apexes of some tets. The infinite vertex, which is never asked for, is where the last one is.
+#[inline(always)]
+pub fn gather(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Gathered {
+    let mut at = [[DVec3::ZERO; LANES]; 8];
+    let Some(last) = points.len().checked_sub(1) else { return at };
+    for l in 0..LANES {
+        for k in 0..4 {
+            at[k][l] = points[(vertices[l][k] as usize).min(last)];
+            at[4 + k][l] = points[(opposite[l][k] as usize).min(last)];
+        }
+    }
+    at
+}
+
+/// Whether a facet is for the other one of its tets to test, given the vertices opposite it in this one and in that: true
+/// too if the other one is infinite, as the infinite vertex is all ones.
+#[inline(always)]
+pub fn is_left_to_other(own: u32, apex: u32) -> bool {
+    apex.wrapping_add(1) <= own
+}
 
 /// For each tet, 1 if it and its facets are certainly as they should be, else 0.
 #[inline(always)]
-fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    const U: f64 = f64::EPSILON / 2.0;
-    let mask = corners.len().wrapping_sub(1);
-    if corners.is_empty() {
-        return [0.0; LANES];
-    }
-    let mut at = [[Corner([0.0; 4]); LANES]; 8];
-    for l in 0..LANES {
-        for k in 0..4 {
-            at[k][l] = corners[vertices[l][k] as usize & mask];
-            at[4 + k][l] = corners[opposite[l][k] as usize & mask];
-        }
-    }
+fn test(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
+    let at = gather(points, vertices, opposite);
     // From here on all is done for all tets at once, by vectors.
-    let [origin, others @ ..]: &[[Corner; LANES]; 8] = &at;
+    let [origin, others @ ..]: &Gathered = &at;
     let mut passed = [0.0; LANES];
     for l in 0..LANES {
         let o = &origin[l];
@@ -136,40 +138,48 @@ fn test(corners: &[Corner], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; 
         let ax = vw[0] * uu + wu[0] * vv + uv[0] * ww;
         let ay = vw[1] * uu + wu[1] * vv + uv[1] * ww;
         let az = vw[2] * uu + wu[2] * vv + uv[2] * ww;
-        let m = if uu > vv { uu } else { vv };
-        let m = if m > ww { m } else { ww };
+        let m = larger(larger(uu, vv), ww);
         let m3 = m * m.sqrt();
         let sure = d - 50.0 * U * m3;
         let k = 32.0 * U * m3 * m;
-        let mut good = (sure > 0.0) & (m > TINY);
-        for q in &others[3..] {
+        let mut good = (sure > 0.0) & (m > TINY) & (vertices[l][3] != INFINITE);
+        for (i, q) in others[3..].iter().enumerate() {
             let q = from(o, &q[l]);
-            good &= sure * dot(q, q) - dot([ax, ay, az], q) > k;
+            good &= (sure * dot(q, q) - dot([ax, ay, az], q) > k) | is_left_to_other(vertices[l][i], opposite[l][i]);
         }
         passed[l] = if good { 1.0 } else { 0.0 };
     }
     passed
 }
 
+/// `f64::max` without its rules for NaN.
 #[inline(always)]
-fn from(Corner(o): &Corner, Corner(p): &Corner) -> [f64; 3] {
-    [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
+/// From one position to another.
 #[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub fn from(o: &DVec3, p: &DVec3) -> [f64; 3] {
+    [p.x - o.x, p.y - o.y, p.z - o.z]
+}
+
+/// The cross product.
+#[inline(always)]
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// The dot product.
 #[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delaunay::{Delaunay, INFINITE};
+    use crate::delaunay::Delaunay;
     use crate::geometry::predicates::{Sign, insphere, orient3d};
 
     /// A grid, of which every cell is cospherical, each coordinate moved by up to `noise`.
@@ -200,9 +210,7 @@ mod tests {
                 };
                 let tets = delaunay.vertices();
                 let opposite: Vec<[u32; 4]> = (0..tets.len()).map(|t| [0, 1, 2, 3].map(|i| apex(t, i))).collect();
-                let mut at = Vec::new();
-                corners(&points, &mut at);
-                let suspects = suspects(&at, tets, &opposite);
+                let suspects = suspects(&points, tets, &opposite);
                 for (t, tet) in tets.iter().enumerate() {
                     if suspects.binary_search(&(t as u32)).is_ok() {
                         continue;
@@ -211,7 +219,9 @@ mod tests {
                     cleared += 1;
                     let [a, b, c, d] = tet.map(|v| points[v as usize]);
                     assert_eq!(orient3d(a, b, c, d), Sign::Positive, "{noise} {offset}");
-                    for &q in opposite[t].iter().filter(|&&q| q != INFINITE) {
+                    let own = |(i, q): &(usize, &u32)| !is_left_to_other(tet[*i], **q);
+                    for (_, &q) in opposite[t].iter().enumerate().filter(own) {
+                        assert_ne!(q, INFINITE);
                         assert_eq!(insphere(a, b, c, d, points[q as usize]), Sign::Negative, "{noise} {offset}");
                     }
                 }

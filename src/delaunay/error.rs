@@ -37,6 +37,14 @@ pub enum DelaunayError {
         /// Its coordinates.
         point: [f64; 3],
     },
+    /// No point has this index.
+    #[error("there is no point {index}: there are {count}")]
+    NoSuchPoint {
+        /// The index asked for.
+        index: u32,
+        /// Number of points.
+        count: usize,
+    },
     /// All points on one line.
     #[error("all {count} points lie on one line: there is no tet")]
     Line {

@@ -33,6 +33,8 @@ pub struct Mesh {
     pub points: Vec<DVec3>,
     /// A point inside the hull: an infinite tet is the part of space that its facet hides from there.
     pub inside: DVec3,
+    /// No point of the hull is nearer to `inside` than this, which is zero where it is not known.
+    pub room: f64,
     /// Dead tets.
     pub free: Vec<u32>,
     /// What was overwritten, to be read backwards.
@@ -61,6 +63,13 @@ impl Mesh {
         self.journal.clear();
         self.free.clear();
         self.before = self.vertices.len();
+    }
+
+    /// The tets written to since [`Mesh::begin`] that there still are, some more than once.
+    pub fn written(&self) -> impl Iterator<Item = u32> + '_ {
+        let count = self.vertices.len();
+        let old = self.journal.iter().map(|entry| entry.0).filter(move |&t| (t as usize) < count);
+        old.chain((self.before..count.max(self.before)).map(|t| t as u32))
     }
 
     /// Takes back all changes to tets since [`Mesh::begin`].
@@ -112,23 +121,29 @@ impl Mesh {
         if q == INFINITE {
             return false;
         }
-        if tet[3] != INFINITE {
-            return self.in_sphere(tet, q);
-        }
-        if i == 3 {
+        if tet[3] == INFINITE && i == 3 {
             return false;
         }
-        match orient3d(self.at(tet[0]), self.at(tet[1]), self.at(tet[2]), self.at(q)) {
+        self.conflicts(t, self.at(q))
+    }
+
+    /// Whether a point, which is no vertex of tet `t`, is in conflict with it.
+    pub fn conflicts(&self, t: u32, p: DVec3) -> bool {
+        let tet = self.vertices[t as usize];
+        if tet[3] != INFINITE {
+            return self.in_sphere(tet, p);
+        }
+        match orient3d(self.at(tet[0]), self.at(tet[1]), self.at(tet[2]), p) {
             Sign::Positive => true,
             Sign::Negative => false,
             // In the plane of the hull facet, the sphere of the tet behind it cuts out the facet's circle.
-            Sign::Zero => self.in_sphere(self.vertices[self.neighbors[t as usize][3].tet() as usize], q),
+            Sign::Zero => self.in_sphere(self.vertices[self.neighbors[t as usize][3].tet() as usize], p),
         }
     }
 
-    fn in_sphere(&self, tet: [u32; 4], q: u32) -> bool {
+    fn in_sphere(&self, tet: [u32; 4], p: DVec3) -> bool {
         let [a, b, c, d] = tet.map(|v| self.at(v));
-        insphere_perturbed(a, b, c, d, self.at(q)) == Sign::Positive
+        insphere_perturbed(a, b, c, d, p) == Sign::Positive
     }
 
     /// Replaces tets by others that fill the same space. The numbers of the new ones are left in `ids`.
@@ -181,7 +196,7 @@ impl Mesh {
     }
 
     /// Makes two facets one.
-    fn glue(&mut self, here: Facet, apex_here: u32, there: Facet, apex_there: u32) {
+    pub fn glue(&mut self, here: Facet, apex_here: u32, there: Facet, apex_there: u32) {
         let (t, u) = (here.tet() as usize, there.tet() as usize);
         self.note(there.tet());
         self.neighbors[t][here.slot()] = there;
@@ -191,7 +206,7 @@ impl Mesh {
     }
 
     /// Numbers new tets: those of the old first, then other dead ones, then new numbers.
-    fn number(&mut self, old: &[u32], count: usize, ids: &mut Vec<u32>) {
+    pub fn number(&mut self, old: &[u32], count: usize, ids: &mut Vec<u32>) {
         ids.clear();
         for &t in old {
             self.note(t);
@@ -239,6 +254,11 @@ impl Mesh {
 
     /// Moves tets from the end into the places of dead ones.
     pub fn compact(&mut self) {
+        self.compact_with(|_, _| {});
+    }
+
+    /// As [`Mesh::compact`], telling of each move from where to where.
+    pub fn compact_with(&mut self, mut moved: impl FnMut(u32, u32)) {
         self.free.sort_unstable();
         let alive = self.vertices.len() - self.free.len();
         let mut holes = 0;
@@ -248,6 +268,7 @@ impl Mesh {
             }
             let hole = self.free[holes] as usize;
             holes += 1;
+            moved(t as u32, hole as u32);
             self.vertices[hole] = self.vertices[t];
             self.neighbors[hole] = self.neighbors[t];
             self.opposite[hole] = self.opposite[t];
@@ -268,7 +289,7 @@ impl Mesh {
 }
 
 /// An even permutation that brings the infinite vertex, if there is one, to the last slot.
-fn infinite_last(tet: [u32; 4]) -> [u32; 4] {
+pub fn infinite_last(tet: [u32; 4]) -> [u32; 4] {
     let [a, b, c, d] = tet;
     match tet.iter().position(|&v| v == INFINITE) {
         Some(0) => [b, d, c, a],

@@ -7,11 +7,19 @@
 
 mod adjacency;
 
+mod bicell_filter;
+
+mod bicell_matrix;
+
 mod cavity;
+
+mod certificate;
 
 mod check;
 
 mod detect;
+
+mod edit;
 
 mod error;
 
@@ -23,17 +31,33 @@ mod hull;
 
 mod insert;
 
+mod insert_vertex;
+
 mod locate;
+
+mod motion;
 
 mod order;
 
 mod range;
 
+mod region;
+
 mod relocate;
+
+mod remove_vertex;
 
 mod repair;
 
+mod schedule;
+
 mod tets;
+
+mod tolerance;
+
+mod updater;
+
+mod vertex_filter;
 
 use std::fmt;
 
@@ -42,7 +66,8 @@ use glam::DVec3;
 pub use adjacency::{Adjacency, Follower};
 pub use error::DelaunayError;
 pub use facet::{Facet, INFINITE};
-pub use relocate::{Phases, Relocation};
+pub use relocate::{Breakdown, Relocation};
+pub use updater::{Method, Updater};
 
 /// The Delaunay triangulation of a set of points, the infinite vertex included.
 #[derive(Clone)]
@@ -51,7 +76,8 @@ pub struct Delaunay {
     scale: f64,
     vertices: Vec<[u32; 4]>,
     neighbors: Vec<[Facet; 4]>,
-    motion: relocate::Motion,
+    motion: motion::Motion,
+    edits: edit::Edits,
 }
 
 impl Delaunay {
@@ -73,7 +99,8 @@ impl Delaunay {
         }
         let (points, scale) = range::hold(points);
         let (vertices, neighbors) = Delaunay::construct(&points)?;
-        Ok(Delaunay { points, scale, vertices, neighbors, motion: relocate::Motion::default() })
+        let (motion, edits) = Default::default();
+        Ok(Delaunay { points, scale, vertices, neighbors, motion, edits })
     }
 
     /// The points as held: as given, times [`Delaunay::scale`], to a multiple of 2^-200.

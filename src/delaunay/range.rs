@@ -9,6 +9,9 @@ use glam::DVec3;
 /// Points are scaled only if their largest coordinate is beyond this or below its inverse.
 const COMFORT: f64 = (1u64 << 60) as f64;
 
+/// From here on, every number is a multiple of 2^-200.
+const LEAST: f64 = f64::from_bits((1023 - 149) << 52);
+
 /// The power of two by which points whose largest coordinate is `reach` are held.
 pub fn scale_for(reach: f64) -> f64 {
     if reach == 0.0 || (1.0 / COMFORT..=COMFORT).contains(&reach) {
@@ -23,9 +26,31 @@ pub fn scale_for(reach: f64) -> f64 {
 pub fn flush(x: f64) -> f64 {
     /// Neighbours of numbers in [2^-148, 2^-147] are 2^-200 apart; 1.5 times its lower end.
     const SHIFT: f64 = f64::from_bits((1023 - 148) << 52 | 1 << 51);
-    /// From here on, every number is such a multiple.
-    const LEAST: f64 = f64::from_bits((1023 - 149) << 52);
     if x.abs() >= LEAST || x == 0.0 { x } else { (x + SHIFT) - SHIFT }
+}
+
+/// Whether [`hold`] would hold points just as they are.
+pub fn are_held_as_they_are(points: &[DVec3]) -> bool {
+    let (mut reach, mut fit) = (0.0, true);
+    for p in points {
+        for x in p.to_array() {
+            let size = x.abs();
+            reach = if size > reach { size } else { reach };
+            // False for NaN too.
+            fit &= (size >= LEAST) & (size <= COMFORT) | (size == 0.0);
+        }
+    }
+    fit && scale_for(reach) == 1.0
+}
+
+/// Whether a set that is held unscaled still is when this point comes in.
+pub fn may_join(p: DVec3) -> bool {
+    p.abs().max_element() <= COMFORT
+}
+
+/// Whether this point alone keeps a set of points that may join unscaled.
+pub fn holds_scale(p: DVec3) -> bool {
+    p.abs().max_element() >= 1.0 / COMFORT
 }
 
 /// Points as they are held: scaled and flushed.

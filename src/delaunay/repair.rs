@@ -53,16 +53,32 @@ pub struct Lists {
     star: Vec<u32>,
     /// Tets made by a flip.
     ids: Vec<u32>,
+    /// Tets made by all flips, dead ones and repetitions among them.
+    pub made: Vec<u32>,
 }
 
 impl Lists {
     /// Makes ready for the next repair of `tets` tets.
     pub fn clear(&mut self, tets: usize) {
-        self.queue.clear();
-        self.queued.clear();
+        self.forget();
         self.queued.resize(tets, false);
+        self.begin();
+    }
+
+    /// Makes ready for the next repair, after one that came to its end.
+    pub fn begin(&mut self) {
+        if !self.queue.is_empty() {
+            self.forget();
+        }
         self.stuck.clear();
         self.held.clear();
+        self.made.clear();
+    }
+
+    /// Makes ready for the next repair, after one that did not.
+    pub fn forget(&mut self) {
+        self.queue.clear();
+        self.queued.clear();
     }
 
     /// Queues a tet.
@@ -73,6 +89,19 @@ impl Lists {
         if !std::mem::replace(&mut self.queued[t as usize], true) {
             self.queue.push(t);
         }
+    }
+
+    /// Queues the tets made by a flip, and remembers them.
+    fn push_made(&mut self) {
+        let ids = std::mem::take(&mut self.ids);
+        ids.iter().for_each(|&t| self.push(t));
+        self.made.extend_from_slice(&ids);
+        self.ids = ids;
+    }
+
+    /// Forgets facets that could not be flipped.
+    pub fn forget_stuck(&mut self) {
+        self.stuck.clear();
     }
 }
 
@@ -164,9 +193,7 @@ impl Mesh {
             }
             if self.flip(t, i, &mut lists.ids) {
                 report.flips += 1;
-                let ids = std::mem::take(&mut lists.ids);
-                ids.iter().for_each(|&t| lists.push(t));
-                lists.ids = ids;
+                lists.push_made();
                 return;
             }
             stuck = true;
@@ -262,9 +289,7 @@ impl Mesh {
                 break;
             }
             report.flips += 1;
-            let ids = std::mem::take(&mut lists.ids);
-            ids.iter().for_each(|&t| lists.push(t));
-            lists.ids = ids;
+            lists.push_made();
         }
         lists.star = star;
     }

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::Sampling;
 use super::boundary::{Boundary, regions};
-use crate::geometry::triangle;
 use crate::seeds::SeedKind;
 use crate::tet_mesh::{BoundaryTriangle, StageTimes, TetMesh};
 
@@ -14,8 +13,9 @@ const NONE: u32 = u32::MAX;
 /// Takes the tets labelled `inside` out: vertices in the order of the seeds, positively oriented tets ordered by their
 /// least vertex, regions numbered as the solids of the surface, outward boundary triangles.
 ///
-/// The iterations' record is left empty. The labels should have no fatal defect.
-pub fn mesh(sampling: &Sampling, inside: &[bool]) -> TetMesh {
+/// `patch` is that of each triangle of the surface. The iterations' record is left empty. The labels should have no fatal
+/// defect.
+pub fn mesh(sampling: &Sampling, inside: &[bool], patch: &[u32]) -> TetMesh {
     let complex = &sampling.complex;
     let boundary = Boundary::of(complex, inside);
     let closest = closest_triangles(sampling, &boundary);
@@ -42,7 +42,7 @@ pub fn mesh(sampling: &Sampling, inside: &[bool]) -> TetMesh {
             vertices: boundary.triangles[f].map(|v| vertex[v as usize]),
             region_inside: solid[region[boundary.tets[f] as usize] as usize],
             region_outside: -1,
-            patch: surface.patch()[closest[f] as usize],
+            patch: patch[closest[f] as usize],
             source_triangle: surface.source()[closest[f] as usize],
         })
         .collect();
@@ -55,6 +55,7 @@ pub fn mesh(sampling: &Sampling, inside: &[bool]) -> TetMesh {
         boundary: triangles,
         steps: Vec::new(),
         stopped: String::new(),
+        improved: String::new(),
         times: StageTimes::default(),
     }
 }
@@ -79,25 +80,7 @@ fn closest_triangles(sampling: &Sampling, boundary: &Boundary) -> Vec<u32> {
     boundary
         .triangles
         .par_iter()
-        .map(|vertices| {
-            let [a, b, c] = vertices.map(|v| sampling.complex.points[v as usize]);
-            let (center, normal) = (triangle::centroid(a, b, c), triangle::normal2(a, b, c));
-            let faces = |t: u32| surface.normal2(t).dot(normal) > 0.0;
-            let closest = surface.tree().closest(center);
-            if faces(closest.triangle) {
-                return closest.triangle;
-            }
-            // In a thin wall the other sheet may be closer.
-            let reach = a.distance(center).max(b.distance(center)).max(c.distance(center));
-            let mut best = (reach * reach, closest.triangle);
-            surface.tree().near_box(center - reach, center + reach, |t| {
-                let d = triangle::closest_point(surface.corners(t), center).distance_squared(center);
-                if faces(t) && (d, t) < best {
-                    best = (d, t);
-                }
-            });
-            best.1
-        })
+        .map(|vertices| surface.facing(vertices.map(|v| sampling.complex.points[v as usize])))
         .collect()
 }
 

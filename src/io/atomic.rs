@@ -11,7 +11,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 use crate::error::Error;
 
@@ -70,11 +70,82 @@ impl AtomicFile {
 
     /// Gives the complete file its name.
     pub fn commit(self) -> Result<(), Error> {
-        let done = match self.sink {
-            Sink::Straight(mut writer) => writer.flush(),
-            Sink::Replace { temporary, target } => temporary.persist(&target),
+        commit_all(vec![self])
+    }
+
+    /// Writes what is left in the buffer; on the disk before it takes the name: a full disk may show only here.
+    fn complete(&mut self) -> Result<(), Error> {
+        let done = match &mut self.sink {
+            Sink::Straight(writer) => writer.flush(),
+            Sink::Replace { temporary, .. } => temporary.complete(),
         };
         done.map_err(|e| failure(&self.path, &e))
+    }
+}
+
+/// Gives complete files their names, all of them or none: where one cannot have its name, those before it get back what
+/// they had.
+pub fn commit_all(mut files: Vec<AtomicFile>) -> Result<(), Error> {
+    files.iter_mut().try_for_each(AtomicFile::complete)?;
+    // Held to the end: nobody is to end the process between two names.
+    let mut unfinished = unfinished();
+    let mut replaced: Vec<Replaced> = Vec::new();
+    let last = files.len().saturating_sub(1);
+    for (i, file) in files.into_iter().enumerate() {
+        let Sink::Replace { temporary, target } = file.sink else { continue };
+        let old = if i < last { Replaced::remember(&target) } else { Ok(Replaced::nothing(&target)) };
+        // Dropped only after the guard, which its removal waits for.
+        let mut abandoned = None;
+        let renamed = match old {
+            Ok(old) => temporary.persist(&target, &mut unfinished).map(|()| old),
+            Err(error) => {
+                abandoned = Some(temporary);
+                Err(error)
+            }
+        };
+        match renamed {
+            Ok(old) => replaced.push(old),
+            Err(error) => {
+                replaced.into_iter().for_each(Replaced::restore);
+                drop(unfinished);
+                drop(abandoned);
+                return Err(failure(&file.path, &error));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What had a name before a file took it.
+struct Replaced {
+    target: PathBuf,
+    old: Option<TempPath>,
+}
+
+impl Replaced {
+    fn nothing(target: &Path) -> Replaced {
+        Replaced { target: target.to_owned(), old: None }
+    }
+
+    /// Keeps what `target` leads to under another name too.
+    fn remember(target: &Path) -> io::Result<Replaced> {
+        if existing(target)?.is_none() {
+            return Ok(Replaced::nothing(target));
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".tetcvt-").suffix(".old");
+        // Not every file system has links.
+        let link = |name: &Path| fs::hard_link(target, name).or_else(|_| fs::copy(target, name).map(drop));
+        let old = builder.make_in(folder(target), link)?.into_temp_path();
+        Ok(Replaced { target: target.to_owned(), old: Some(old) })
+    }
+
+    /// Gives the name back; nothing more can be done where that fails.
+    fn restore(self) {
+        let _ = match self.old {
+            Some(old) => old.persist(&self.target).map_err(|e| e.error),
+            None => fs::remove_file(&self.target),
+        };
     }
 }
 
@@ -136,10 +207,7 @@ impl Temporary {
             // Less the user's mask, as a plain create.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        let file = builder.tempfile_in(folder(target)).map_err(|e| {
-            // The temporary name means nothing to the user.
-            io::Error::new(e.kind(), e.get_ref().map_or_else(|| e.to_string(), cause))
-        })?;
+        let file = builder.tempfile_in(folder(target))?;
         files.insert(file.path().to_owned());
         Ok(Temporary { writer: Some(BufWriter::with_capacity(1 << 16, file)) })
     }
@@ -148,14 +216,18 @@ impl Temporary {
         self.writer.as_mut().expect("a temporary file is open until it is persisted: this is a bug in tetcvt")
     }
 
-    fn persist(mut self, target: &Path) -> io::Result<()> {
+    /// Puts all that was written on the disk.
+    fn complete(&mut self) -> io::Result<()> {
         self.writer().flush()?;
-        // On the disk before it takes the name: a full disk may show only here.
-        self.writer().get_ref().as_file().sync_all()?;
-        let mut files = unfinished();
+        self.writer().get_ref().as_file().sync_all()
+    }
+
+    /// Gives the complete file its name.
+    fn persist(mut self, target: &Path, unfinished: &mut BTreeSet<PathBuf>) -> io::Result<()> {
         let writer = self.writer.take().expect("a temporary file is persisted once: this is a bug in tetcvt");
         let (file, _) = writer.into_parts();
-        files.remove(file.path());
+        unfinished.remove(file.path());
+        // On failure the file comes back and is removed.
         file.persist(target).map_err(|e| e.error)?;
         Ok(())
     }
@@ -172,13 +244,14 @@ impl Drop for Temporary {
     }
 }
 
-/// What the operating system said, without the path that `tempfile` wraps it in.
-fn cause(error: &(dyn std::error::Error + Send + Sync + 'static)) -> String {
-    error.source().map_or_else(|| error.to_string(), |s| s.to_string())
+/// What the operating system said, without the temporary name that `tempfile` adds: it means nothing to the user.
+fn reason(error: &io::Error) -> String {
+    let said = error.get_ref().and_then(|inner| inner.source());
+    said.map_or_else(|| error.to_string(), |source| source.to_string())
 }
 
-fn failure(path: &Path, error: &io::Error) -> Error {
-    Error::Write { path: path.to_owned(), reason: error.to_string() }
+pub(super) fn failure(path: &Path, error: &io::Error) -> Error {
+    Error::Write { path: path.to_owned(), reason: reason(error) }
 }
 
 /// The metadata of what `path` leads to, if anything.
@@ -281,6 +354,25 @@ mod tests {
         assert!(matches!(result, Err(Error::Write { reason, .. }) if reason == "it broke"));
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["a.bin"]);
+    }
+
+    #[test]
+    fn several_files_take_their_names_together_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("a"), "old").unwrap();
+        let new = |name: &str| AtomicFile::fill(&at(name), |file| file.write_all(b"new")).unwrap();
+        let files = vec![new("a"), new("b"), new("c"), new("d")];
+        // A folder has taken the third name in the meantime.
+        fs::create_dir(at("c")).unwrap();
+        let failed = commit_all(files);
+        assert!(matches!(failed, Err(Error::Write { path, .. }) if path == at("c")));
+        assert_eq!(names(folder.path()), ["a", "c"]);
+        assert_eq!(fs::read(at("a")).unwrap(), b"old");
+        fs::remove_dir(at("c")).unwrap();
+        commit_all(vec![new("a"), new("b"), new("c")]).unwrap();
+        assert_eq!(names(folder.path()), ["a", "b", "c"]);
+        assert!(["a", "b", "c"].iter().all(|name| fs::read(at(name)).unwrap() == b"new"));
     }
 
     #[test]

@@ -2,12 +2,17 @@
 
 pub mod atomic;
 
+pub mod defects;
+
+pub mod format;
+
 pub mod npy;
 
-pub mod obj;
-
-mod polygon;
+pub mod read;
 
 pub mod vtk;
 
-pub use obj::{load as load_surface, read as read_surface};
+mod write;
+
+pub use read::{load as load_surface, read as read_surface};
+pub use write::{MeshData, write_mesh, write_surface};

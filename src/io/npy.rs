@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::atomic::AtomicFile;
+use super::atomic::{AtomicFile, failure};
 use crate::error::Error;
 
 /// Bytes before the first number; a multiple of 64, as NumPy aligns it.
@@ -59,7 +59,7 @@ impl TrajectoryWriter {
     }
 
     fn failure(&self, error: io::Error) -> Error {
-        Error::Write { path: self.file.path().to_owned(), reason: error.to_string() }
+        failure(self.file.path(), &error)
     }
 }
 

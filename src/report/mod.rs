@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::delaunay::Breakdown;
 use crate::geometry::tetrahedron;
 use crate::progress::Step;
 use crate::quality::TetQuality;
@@ -29,10 +30,14 @@ pub struct Report {
     pub mesh: MeshReport,
     /// Where the time went.
     pub time: TimeReport,
+    /// Where that of the updates of the triangulation went.
+    pub update: Breakdown,
     /// What it took.
     pub memory: MemoryReport,
     /// Why the iterations ended.
     pub stopped: String,
+    /// What became of the floor for dihedral angles; empty where none was aimed at.
+    pub improved: String,
     /// What a user should know: repairs, fall-backs, doubts.
     pub notes: Vec<String>,
     /// What each iteration did.
@@ -127,8 +132,8 @@ pub struct TimeReport {
 impl TimeReport {
     /// The stages that the library timed.
     pub fn of(times: &StageTimes) -> TimeReport {
-        let StageTimes { seeds, build, update, centroids, extract } = *times;
-        TimeReport { seeds, build, update, centroids, extract, ..TimeReport::default() }
+        let StageTimes { seeds, build, update, centroids, extract, improve, .. } = *times;
+        TimeReport { seeds, build, update, centroids, extract, improve, ..TimeReport::default() }
     }
 
     /// The stages by name, in their order, without the total.

@@ -218,6 +218,28 @@ impl BoxTree {
         );
     }
 
+    /// Whether `is_hit` says so of any triangle whose box meets the box from `min` to `max`; asked in no particular
+    /// order, and no longer than until it does.
+    pub fn any_near_box(&self, min: DVec3, max: DVec3, mut is_hit: impl FnMut(u32) -> bool) -> bool {
+        let (low, high) = (self.local(min), self.local(max));
+        let mut stack = Stack::new();
+        stack.extend(self.nodes.first().filter(|root| root.meets(low, high)).map(|_| 0u32));
+        while let Some(node) = stack.pop() {
+            let node = &self.nodes[node as usize];
+            for k in node.first as usize..(node.first + node.count) as usize {
+                let b = BoundingBox::of(&self.corners[k]);
+                if b.min.cmple(max).all() && min.cmple(b.max).all() && is_hit(self.index[k]) {
+                    return true;
+                }
+            }
+            if node.count == 0 {
+                let children = [node.first, node.first + 1].into_iter();
+                children.filter(|&n| self.nodes[n as usize].meets(low, high)).for_each(|n| stack.push(n));
+            }
+        }
+        false
+    }
+
     /// The nearest triangle that the ray from `origin` along `direction` crosses, and how far along it in multiples
     /// of `direction`; none within `limit`. The lowest index where several are crossed at once.
     pub fn ray(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {

@@ -77,7 +77,7 @@ pub enum Defect {
     },
     /// Edges with one face only.
     #[error(
-        "it is open: {} a face on one side only, {place}: close the holes, or weld vertices that nearly meet",
+        "it is open: {} a face on one side only, {place}: close the holes, or weld vertices that nearly meet (--repair does where they are small)",
         counted(*count, "edge has", "edges have")
     )]
     Open {
@@ -88,7 +88,7 @@ pub enum Defect {
     },
     /// Edges with more than two faces, where none of the faces cover each other.
     #[error(
-        "it has {} (more than two faces meet there), {place}: separate bodies that touch, remove inner walls",
+        "it has {} (more than two faces meet there), {place}: separate bodies that touch (--repair moves them apart), remove inner walls and sheets",
         counted(*count, "non-manifold edge", "non-manifold edges")
     )]
     NonManifoldEdges {
@@ -99,7 +99,7 @@ pub enum Defect {
     },
     /// Vertices whose faces form several fans.
     #[error(
-        "it has {} (parts of it touch in a point), {place}: move the parts away from each other there",
+        "it has {} (parts of it touch in a point), {place}: move the parts away from each other there (--repair does)",
         counted(*count, "non-manifold vertex", "non-manifold vertices")
     )]
     NonManifoldVertices {
@@ -118,7 +118,7 @@ pub enum Defect {
     },
     /// Faces over the same three vertices.
     #[error(
-        "it has {} over the same three vertices as another, which makes a non-manifold edge or a fold, {place}: remove the copies, or both faces of an inner wall where bodies touch",
+        "it has {} over the same three vertices as another, which makes a non-manifold edge or a fold, {place}: remove the copies, or both faces of an inner wall where bodies touch (--repair does)",
         counted(*count, "duplicate face", "duplicate faces")
     )]
     DuplicateFaces {
@@ -149,6 +149,32 @@ pub enum Defect {
         /// The first.
         place: Place,
     },
+    /// Triangles that meet others elsewhere than along a common edge or in a common vertex.
+    #[error(
+        "it crosses or touches itself: {} others beyond common edges and vertices, {place}{}: cut the surface along \
+         itself (a union of its bodies), or move what touches apart",
+        counted(*count, "triangle meets", "triangles meet"),
+        if *coplanar { format!(", where face {} lies on it", u64::from(*other) + 1) }
+        else { format!(", where face {} meets it", u64::from(*other) + 1) }
+    )]
+    SelfCrossing {
+        /// Triangles that meet others.
+        count: usize,
+        /// A point of the first meeting.
+        place: Place,
+        /// The other face of the first meeting, counted from 0.
+        other: u32,
+        /// Whether the two lie in one plane.
+        coplanar: bool,
+    },
+    /// More triangles than can be numbered.
+    #[error("it has {count} triangles, more than {most}: simplify it")]
+    TooMany {
+        /// Triangles.
+        count: usize,
+        /// The most there may be.
+        most: usize,
+    },
     /// A shell that encloses nothing.
     #[error("{} no volume, {place}: remove what is flat, or give it a thickness",
         counted(*count, "connected part encloses", "connected parts enclose"))]
@@ -158,4 +184,47 @@ pub enum Defect {
         /// A vertex of the first.
         place: Place,
     },
+}
+
+/// What is wrong at one place, and the number that stands for it in a file of defects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Flaw {
+    /// An edge with one face only.
+    Open = 1,
+    /// An edge with more than two faces.
+    NonManifoldEdge = 2,
+    /// A vertex whose faces form several fans.
+    NonManifoldVertex = 3,
+    /// An edge along which no choice of orientations agrees.
+    NonOrientable = 4,
+    /// A face over the same vertices as another.
+    DuplicateFace = 5,
+    /// A triangle that meets another elsewhere than along a common edge or in a common vertex.
+    SelfCrossing = 6,
+    /// A triangle without area that cannot be removed.
+    Degenerate = 7,
+    /// A triangle of a shell that encloses nothing.
+    NoVolume = 8,
+}
+
+/// Where something is wrong, in model coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A vertex.
+    Point([f64; 3]),
+    /// An edge.
+    Edge([[f64; 3]; 2]),
+    /// A triangle.
+    Triangle([[f64; 3]; 3]),
+}
+
+/// All that is wrong with a surface as far as it was looked at, for a picture of it: more than the first place that a
+/// [`Defect`] names, and other flaws of the same check too.
+#[derive(Clone, Debug, Default)]
+pub struct Marks {
+    /// Each flaw, its shape, and the face of the input that it is on, counted from 0.
+    pub list: Vec<(Flaw, Shape, u32)>,
+    /// What was mended before the surface was refused.
+    pub notes: Vec<String>,
 }

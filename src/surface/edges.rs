@@ -1,6 +1,6 @@
 //! How triangles fit together: which share an edge, and what keeps them from being a closed manifold.
 
-use super::defects::Defect;
+use super::defects::{Defect, Flaw, Marks};
 use super::soup::Soup;
 use crate::disjoint_sets::DisjointSets;
 use crate::geometry::predicates::{Sign, normal_signs, orient3d};
@@ -44,23 +44,30 @@ pub fn twins(triangles: &[[u32; 3]]) -> Vec<EdgeId> {
 }
 
 /// Refuses a soup that is not a closed manifold, in the order open, duplicate faces, coinciding faces, non-manifold
-/// edges, non-manifold vertices; else returns the twin of each edge.
-pub(super) fn check(soup: &Soup) -> Result<Vec<EdgeId>, Defect> {
+/// edges, non-manifold vertices; else returns the twin of each edge. All of them go to `marks`.
+pub(super) fn check(soup: &Soup, marks: &mut Marks) -> Result<Vec<EdgeId>, Defect> {
     let edges = sorted(&soup.triangles);
     let mut open = (0, EdgeId::MAX);
     let mut crowded = vec![];
     for group in edges.chunk_by(|a, b| a.0 == b.0) {
         match group.len() {
-            1 => open = (open.0 + 1, open.1.min(group[0].1)),
+            1 => {
+                open = (open.0 + 1, open.1.min(group[0].1));
+                soup.mark_edge(marks, Flaw::Open, group[0].1 / 3, group[0].1 as usize % 3);
+            }
             2 => {}
-            _ => crowded.push(group),
+            _ => {
+                crowded.push(group);
+                soup.mark_edge(marks, Flaw::NonManifoldEdge, group[0].1 / 3, group[0].1 as usize % 3);
+            }
         }
     }
+    let duplicates = duplicates(soup, marks);
     if open.0 > 0 {
         return Err(Defect::Open { count: open.0, place: soup.edge_place(open.1 / 3, open.1 as usize % 3) });
     }
     // Duplicates come first: they make edges non-manifold, and are the better name for it.
-    duplicates(soup)?;
+    duplicates?;
     // The first by its face in the input, not by the vertices' numbers.
     crowded.sort_unstable_by_key(|group| group[0].1);
     if let Some(first) = crowded.first() {
@@ -72,12 +79,12 @@ pub(super) fn check(soup: &Soup) -> Result<Vec<EdgeId>, Defect> {
         });
     }
     let twin = twins(&soup.triangles);
-    vertices(soup, &twin)?;
+    vertices(soup, &twin, marks)?;
     Ok(twin)
 }
 
 /// Refuses triangles over the same three vertices.
-fn duplicates(soup: &Soup) -> Result<(), Defect> {
+fn duplicates(soup: &Soup, marks: &mut Marks) -> Result<(), Defect> {
     let mut keys: Vec<([u32; 3], u32)> = (0..soup.triangles.len() as u32)
         .map(|t| {
             let mut key = soup.triangles[t as usize];
@@ -87,6 +94,7 @@ fn duplicates(soup: &Soup) -> Result<(), Defect> {
         .collect();
     keys.sort_unstable();
     let copies = || keys.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1);
+    copies().for_each(|t| soup.mark_triangle(marks, Flaw::DuplicateFace, t));
     match copies().min() {
         None => Ok(()),
         Some(t) => Err(Defect::DuplicateFaces { count: copies().count(), place: soup.corner_place(t, 0) }),
@@ -108,7 +116,7 @@ fn faces_overlap(soup: &Soup, group: &[([u32; 2], EdgeId)]) -> bool {
 }
 
 /// Refuses vertices whose triangles are not one fan.
-fn vertices(soup: &Soup, twin: &[EdgeId]) -> Result<(), Defect> {
+fn vertices(soup: &Soup, twin: &[EdgeId], marks: &mut Marks) -> Result<(), Defect> {
     // Corners that follow each other around a vertex are joined across their common edge, whatever the orientations.
     let mut fans = DisjointSets::new(twin.len());
     for e in 0..twin.len() as u32 {
@@ -132,11 +140,14 @@ fn vertices(soup: &Soup, twin: &[EdgeId]) -> Result<(), Defect> {
     let Some(&(_, first)) = bad.first() else { return Ok(()) };
     bad.sort_unstable();
     bad.dedup_by_key(|b| b.0);
+    for &(_, corner) in &bad {
+        soup.mark_corner(marks, Flaw::NonManifoldVertex, corner / 3, corner as usize % 3);
+    }
     Err(Defect::NonManifoldVertices { count: bad.len(), place: soup.corner_place(first / 3, first as usize % 3) })
 }
 
 /// The number `3 t + i` of the corner of `t` that is vertex `v`.
-fn corner_at(triangles: &[[u32; 3]], t: u32, v: u32) -> u32 {
+pub fn corner_at(triangles: &[[u32; 3]], t: u32, v: u32) -> u32 {
     let i = triangles[t as usize].iter().position(|&w| w == v);
     3 * t + i.expect("twins share their ends: this is a bug in tetcvt") as u32
 }

@@ -47,12 +47,24 @@ impl Curve {
 
     /// The point at arc length `at`; beyond the ends, a closed curve goes round and an open one stops.
     pub fn point_at(&self, at: f64, points: &[DVec3]) -> DVec3 {
+        let (i, at) = self.edge_at(at);
+        let [a, b] = [self.vertices[i], self.vertices[i + 1]].map(|v| points[v as usize]);
+        a.lerp(b, (at - self.arc[i]) / (self.arc[i + 1] - self.arc[i]))
+    }
+
+    /// The unit vector along the curve at arc length `at`.
+    pub fn tangent_at(&self, at: f64, points: &[DVec3]) -> DVec3 {
+        let (i, _) = self.edge_at(at);
+        let [a, b] = [self.vertices[i], self.vertices[i + 1]].map(|v| points[v as usize]);
+        (b - a).normalize_or_zero()
+    }
+
+    /// The edge at arc length `at`, and the arc length brought into the curve's range.
+    fn edge_at(&self, at: f64) -> (usize, f64) {
         let length = self.length();
         let at = if self.is_closed() { at.rem_euclid(length) } else { at }.clamp(0.0, length);
         // The edge that holds `at` begins at the last vertex not beyond it.
-        let i = self.arc.partition_point(|&s| s <= at).clamp(1, self.arc.len() - 1) - 1;
-        let [a, b] = [self.vertices[i], self.vertices[i + 1]].map(|v| points[v as usize]);
-        a.lerp(b, (at - self.arc[i]) / (self.arc[i + 1] - self.arc[i]))
+        (self.arc.partition_point(|&s| s <= at).clamp(1, self.arc.len() - 1) - 1, at)
     }
 
     /// The arc length of the point of the curve closest to `p`, and its squared distance; the least arc length where

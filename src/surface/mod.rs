@@ -8,6 +8,8 @@ use crate::geometry::triangle;
 
 pub mod box_tree;
 
+mod crossings;
+
 pub mod defects;
 
 pub(crate) mod edges;
@@ -22,16 +24,18 @@ mod orient;
 
 mod ray;
 
+mod repair;
+
 mod soup;
 
 use box_tree::BoxTree;
-use defects::Defect;
+use defects::{Defect, Marks};
 use soup::Soup;
 
 pub(crate) use soup::note_count;
 
 /// A closed, edge- and vertex-manifold, consistently oriented surface that bounds a solid; it cannot be built with a
-/// defect. Its points are in the normalised frame, on its grid. Self-crossings are not looked for here.
+/// defect, nor one that crosses or touches itself. Its points are in the normalised frame, on its grid.
 pub struct Surface {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -47,12 +51,56 @@ pub struct Surface {
     diagonal: f64,
 }
 
+/// How much of what is wrong is mended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mending {
+    /// What leaves the shape as it is; the rest is refused.
+    #[default]
+    Exact,
+    /// Also what changes the shape a little, within stated bounds: nearly equal vertices of open edges are welded,
+    /// duplicate faces and hanging sheets dropped, parts that touch moved apart, small and nearly flat holes filled.
+    Repair,
+}
+
+/// Triangles that have passed every check.
+struct Sound {
+    soup: Soup,
+    shells: orient::Shells,
+    tree: BoxTree,
+    notes: Vec<String>,
+}
+
+impl Sound {
+    /// Steps: 1. every edge has two triangles, every vertex one fan; 2. neighbours are turned alike; 3. triangles without
+    /// area go; 4. shells are turned by how they nest; 5. nothing meets beyond common edges and vertices.
+    fn make(mut soup: Soup, marks: &mut Marks) -> Result<Sound, Defect> {
+        let mut notes = vec![];
+        // 1.
+        let twin = edges::check(&soup, marks)?;
+        // 2.
+        let mut shell = orient::agree(&mut soup, &twin, &mut notes, marks)?;
+        // 3.
+        if needles::remove(&mut soup, &mut notes, marks)? {
+            // Triangles have gone or changed: every check and the shells anew, with nothing left to mend.
+            let twin = edges::check(&soup, marks)?;
+            shell = orient::agree(&mut soup, &twin, &mut notes, marks)?;
+        }
+        // 4.
+        let shells = orient::outward(&mut soup, shell, &mut notes, marks)?;
+        // 5.
+        let tree = BoxTree::build(&soup.points, &soup.triangles);
+        crossings::check(&soup, &tree, marks)?;
+        Ok(Sound { soup, shells, tree, notes })
+    }
+}
+
 impl Surface {
     /// Checks `triangles` over `points` (model units) and makes them a surface. `source[t]` and `patch[t]` say where
     /// triangle `t` comes from: the index of its face in the input, and the id of its patch.
     ///
     /// What can be mended without guessing a shape is mended, with a note: vertices that are equal or that no face uses,
     /// triangles without area, faces turned against their neighbours, shells turned inside out. The rest is refused.
+    /// A surface that crosses itself only with its triangles without area folded out is tried without their spikes.
     ///
     /// # Errors
     /// The [`Defect`], with how often it occurs and where first.
@@ -60,24 +108,50 @@ impl Surface {
     /// # Panics
     /// Unless `source` and `patch` are as long as `triangles`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]], source: &[u32], patch: &[u32]) -> Result<Surface, Defect> {
+        Surface::build(points, triangles, [source, patch], Mending::default(), &mut Marks::default())
+    }
+
+    /// The same with the choice of what is mended; the places of all that is wrong go to `marks`.
+    ///
+    /// # Errors
+    /// The [`Defect`], with how often it occurs and where first.
+    ///
+    /// # Panics
+    /// Unless `source` and `patch` are as long as `triangles`.
+    pub fn build(
+        points: &[DVec3],
+        triangles: &[[u32; 3]],
+        [source, patch]: [&[u32]; 2],
+        mending: Mending,
+        marks: &mut Marks,
+    ) -> Result<Surface, Defect> {
         assert!(
             source.len() == triangles.len() && patch.len() == triangles.len(),
             "one source and one patch per triangle"
         );
         let mut notes = vec![];
         let (mut soup, frame) = Soup::new(points, triangles, source, patch, &mut notes)?;
-        let twin = edges::check(&soup)?;
-        let mut shell = orient::agree(&mut soup, &twin, &mut notes)?;
-        if needles::remove(&mut soup, &mut notes)? {
-            // Triangles have gone or changed: every check and the shells anew, with nothing left to mend.
-            let twin = edges::check(&soup)?;
-            shell = orient::agree(&mut soup, &twin, &mut notes)?;
+        if mending == Mending::Repair {
+            repair::mend(&mut soup, &frame, &mut notes);
+            marks.notes.clone_from(&notes);
         }
-        let shells = orient::outward(&mut soup, shell, &mut notes)?;
-        Ok(Surface::assemble(soup, shells, frame, notes))
+        let sound = match Sound::make(soup.clone(), marks) {
+            // What has no area may be a spike that overshoots: without it the surface may be sound.
+            Err(defect @ Defect::SelfCrossing { .. }) => match needles::without_spikes(soup, &mut notes) {
+                Some(soup) => {
+                    let sound = Sound::make(soup, &mut Marks::default()).map_err(|_| defect)?;
+                    marks.list.clear();
+                    sound
+                }
+                None => return Err(defect),
+            },
+            other => other?,
+        };
+        notes.extend(sound.notes);
+        Ok(Surface::assemble(sound.soup, sound.shells, sound.tree, frame, notes))
     }
 
-    fn assemble(soup: Soup, shells: orient::Shells, frame: Frame, notes: Vec<String>) -> Surface {
+    fn assemble(soup: Soup, shells: orient::Shells, tree: BoxTree, frame: Frame, notes: Vec<String>) -> Surface {
         let Soup { points, triangles, source, patch, .. } = soup;
         let count = shells.solid.len();
         let mut volume = measures::Sum::default();
@@ -88,7 +162,7 @@ impl Surface {
             volume: volume.value(),
             area: measures::area(&points, &triangles),
             diagonal: BoundingBox::of(&points).diagonal(),
-            tree: BoxTree::build(&points, &triangles),
+            tree,
             points,
             triangles,
             source,
@@ -128,6 +202,27 @@ impl Surface {
         triangle::normal2(a, b, c)
     }
 
+    /// The triangle closest to the centroid of a facet, of those that face the same way where there are such nearby.
+    pub fn facing(&self, corners: [DVec3; 3]) -> u32 {
+        let [a, b, c] = corners;
+        let (center, normal) = (triangle::centroid(a, b, c), triangle::normal2(a, b, c));
+        let faces = |t: u32| self.normal2(t).dot(normal) > 0.0;
+        let closest = self.tree.closest(center);
+        if faces(closest.triangle) {
+            return closest.triangle;
+        }
+        // In a thin wall the other sheet may be closer.
+        let reach = corners.map(|p| p.distance(center)).into_iter().fold(0.0, f64::max);
+        let mut best = (reach * reach, closest.triangle);
+        self.tree.near_box(center - reach, center + reach, |t| {
+            let d = triangle::closest_point(self.corners(t), center).distance_squared(center);
+            if faces(t) && (d, t) < best {
+                best = (d, t);
+            }
+        });
+        best.1
+    }
+
     /// For each triangle, the index of its face in the input, counted from 0.
     pub fn source(&self) -> &[u32] {
         &self.source
@@ -136,6 +231,11 @@ impl Surface {
     /// For each triangle, the id of its patch.
     pub fn patch(&self) -> &[u32] {
         &self.patch
+    }
+
+    /// Whether the input tells patches apart: whether there are two or more.
+    pub fn has_patches(&self) -> bool {
+        self.patch.windows(2).any(|p| p[0] != p[1])
     }
 
     /// For each triangle, the connected shell that it belongs to.

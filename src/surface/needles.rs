@@ -20,15 +20,16 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::defects::Defect;
+use super::defects::{Defect, Flaw, Marks};
 use super::soup::{Soup, note_count};
+use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::predicates::collinear;
 
 /// Triangles lower than this are without area: 4 grid units of the frame, which rounding to the grid can do to one.
 const HEIGHT: f64 = 4.0 / (1u64 << 52) as f64;
 
 /// Removes triangles without area from an oriented, closed, manifold soup. Returns whether anything changed.
-pub(super) fn remove(soup: &mut Soup, notes: &mut Vec<String>) -> Result<bool, Defect> {
+pub(super) fn remove(soup: &mut Soup, notes: &mut Vec<String>, marks: &mut Marks) -> Result<bool, Defect> {
     let needles: Vec<u32> = (0..soup.triangles.len() as u32).filter(|&t| is_needle(soup.corners(t as usize))).collect();
     if needles.is_empty() {
         return Ok(false);
@@ -59,6 +60,7 @@ pub(super) fn remove(soup: &mut Soup, notes: &mut Vec<String>) -> Result<bool, D
     let stuck: Vec<u32> =
         pending.into_iter().filter(|&t| alive[t as usize] && is_flat(soup.corners(t as usize))).collect();
     if let Some(&t) = stuck.iter().min() {
+        stuck.iter().for_each(|&t| soup.mark_triangle(marks, Flaw::Degenerate, t));
         return Err(Defect::Degenerate { count: stuck.len(), place: soup.corner_place(t, 0) });
     }
     let left = (0..alive.len()).filter(|&t| alive[t] && is_needle(soup.corners(t))).count();
@@ -78,6 +80,56 @@ pub(super) fn remove(soup: &mut Soup, notes: &mut Vec<String>) -> Result<bool, D
         "triangles are flat to 2^-50 of the model's size and were kept",
     );
     Ok(true)
+}
+
+/// Longest spike that may go, over the diagonal.
+const SPIKE: f64 = 1e-4;
+
+/// The soup without the spikes of its flat triangles: such a triangle abc, b between a and c, with bc short, folds the
+/// surface along bc, or widens it by a hair; c becomes b. `None` where there is nothing of the kind.
+pub(super) fn without_spikes(mut soup: Soup, notes: &mut Vec<String>) -> Option<Soup> {
+    let longest = SPIKE * BoundingBox::of(&soup.points).diagonal();
+    let mut becomes: Vec<u32> = (0..soup.points.len() as u32).collect();
+    let mut touched = vec![false; soup.points.len()];
+    let (mut moved, mut farthest) = (0, 0.0f64);
+    for t in 0..soup.triangles.len() {
+        let triangle = soup.triangles[t];
+        if !is_needle(soup.corners(t)) {
+            continue;
+        }
+        let length = |i: usize| {
+            let [a, b] = [triangle[i], triangle[(i + 1) % 3]].map(|v| soup.points[v as usize]);
+            a.distance(b)
+        };
+        let by_length = |i: &usize, j: &usize| length(*i).total_cmp(&length(*j));
+        let (short, long) = ((0..3).min_by(by_length)?, (0..3).max_by(by_length)?);
+        let middle = triangle[(long + 2) % 3];
+        let tip = [triangle[short], triangle[(short + 1) % 3]].into_iter().find(|&v| v != middle)?;
+        // Each vertex takes part once.
+        if length(short) <= longest && !touched[middle as usize] && !touched[tip as usize] {
+            (touched[middle as usize], touched[tip as usize]) = (true, true);
+            becomes[tip as usize] = middle;
+            moved += 1;
+            farthest = farthest.max(length(short));
+        }
+    }
+    if moved == 0 {
+        return None;
+    }
+    for v in soup.triangles.as_flattened_mut() {
+        *v = becomes[*v as usize];
+    }
+    let keep: Vec<bool> = soup.triangles.iter().map(|&[a, b, c]| a != b && b != c && c != a).collect();
+    soup.retain(&keep);
+    soup.drop_unused();
+    let share = farthest / longest * SPIKE;
+    note_count(
+        notes,
+        moved,
+        &format!("spike of a degenerate triangle was cut off, at most {share:.1e} of the diagonal long"),
+        &format!("spikes of degenerate triangles were cut off, at most {share:.1e} of the diagonal long"),
+    );
+    Some(soup)
 }
 
 /// The least height, squared.

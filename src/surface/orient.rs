@@ -5,7 +5,7 @@
 //! an odd one a cavity of the solid right around it; 4. turn the shells whose signed volume has the wrong sign.
 
 use super::box_tree::BoxTree;
-use super::defects::Defect;
+use super::defects::{Defect, Flaw, Marks};
 use super::edges::{self, EdgeId};
 use super::measures;
 use super::soup::{Soup, note_count};
@@ -19,7 +19,12 @@ pub(super) struct Shells {
 }
 
 /// Orients neighbours alike (step 1); returns the shell of each triangle.
-pub(super) fn agree(soup: &mut Soup, twin: &[EdgeId], notes: &mut Vec<String>) -> Result<Vec<u32>, Defect> {
+pub(super) fn agree(
+    soup: &mut Soup,
+    twin: &[EdgeId],
+    notes: &mut Vec<String>,
+    marks: &mut Marks,
+) -> Result<Vec<u32>, Defect> {
     let count = soup.triangles.len();
     let mut shell = vec![u32::MAX; count];
     let mut turned = vec![false; count];
@@ -48,6 +53,7 @@ pub(super) fn agree(soup: &mut Soup, twin: &[EdgeId], notes: &mut Vec<String>) -
                     turned[neighbor] = want;
                     queue.push(neighbor as u32);
                 } else if turned[neighbor] != want {
+                    soup.mark_edge(marks, Flaw::NonOrientable, t, i as usize);
                     return Err(Defect::NonOrientable { place: soup.edge_place(t, i as usize) });
                 }
             }
@@ -73,12 +79,20 @@ pub(super) fn agree(soup: &mut Soup, twin: &[EdgeId], notes: &mut Vec<String>) -
 }
 
 /// Turns each shell the way its nesting asks for (steps 2 to 4).
-pub(super) fn outward(soup: &mut Soup, of_triangle: Vec<u32>, notes: &mut Vec<String>) -> Result<Shells, Defect> {
+pub(super) fn outward(
+    soup: &mut Soup,
+    of_triangle: Vec<u32>,
+    notes: &mut Vec<String>,
+    marks: &mut Marks,
+) -> Result<Shells, Defect> {
     let around = enclosing(soup, &of_triangle);
     let count = around.len();
     let volume = measures::shell_volumes(&soup.points, &soup.triangles, &of_triangle, count);
     let flat: Vec<usize> = (0..count).filter(|&s| volume[s].is_nothing()).collect();
     if let Some(&s) = flat.first() {
+        for t in (0..of_triangle.len()).filter(|&t| volume[of_triangle[t] as usize].is_nothing()) {
+            soup.mark_triangle(marks, Flaw::NoVolume, t as u32);
+        }
         let t = first_triangle(&of_triangle, s as u32);
         return Err(Defect::NoVolume { count: flat.len(), place: soup.corner_place(t, 0) });
     }

@@ -2,11 +2,15 @@
 
 use glam::DVec3;
 
-use super::defects::{Defect, Place};
+use super::defects::{Defect, Flaw, Marks, Place, Shape};
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::frame::Frame;
 
+/// The most triangles that a surface may have: their edges are numbered in 32 bits.
+const MOST_TRIANGLES: usize = u32::MAX as usize / 3;
+
 /// Triangles over the vertices of the frame; nothing is known of how they fit together.
+#[derive(Clone)]
 pub(super) struct Soup {
     /// Vertices in the frame, each position once.
     pub points: Vec<DVec3>,
@@ -33,6 +37,9 @@ impl Soup {
         // 1.
         if triangles.is_empty() {
             return Err(Defect::Empty);
+        }
+        if triangles.len() > MOST_TRIANGLES {
+            return Err(Defect::TooMany { count: triangles.len(), most: MOST_TRIANGLES });
         }
         let used = used_vertices(points, triangles, source)?;
         let unused = points.len() - used.iter().filter(|&&u| u).count();
@@ -118,6 +125,25 @@ impl Soup {
     pub fn corner_place(&self, t: u32, i: usize) -> Place {
         let v = self.triangles[t as usize][i];
         Place { point: self.model[v as usize].to_array(), face: self.source[t as usize] }
+    }
+
+    /// Adds edge `i` of triangle `t` to `marks`.
+    pub fn mark_edge(&self, marks: &mut Marks, flaw: Flaw, t: u32, i: usize) {
+        let triangle = self.triangles[t as usize];
+        let ends = [triangle[i], triangle[(i + 1) % 3]].map(|v| self.model[v as usize].to_array());
+        marks.list.push((flaw, Shape::Edge(ends), self.source[t as usize]));
+    }
+
+    /// Adds corner `i` of triangle `t` to `marks`.
+    pub fn mark_corner(&self, marks: &mut Marks, flaw: Flaw, t: u32, i: usize) {
+        let v = self.triangles[t as usize][i];
+        marks.list.push((flaw, Shape::Point(self.model[v as usize].to_array()), self.source[t as usize]));
+    }
+
+    /// Adds triangle `t` to `marks`.
+    pub fn mark_triangle(&self, marks: &mut Marks, flaw: Flaw, t: u32) {
+        let corners = self.triangles[t as usize].map(|v| self.model[v as usize].to_array());
+        marks.list.push((flaw, Shape::Triangle(corners), self.source[t as usize]));
     }
 
     /// Fills the vertices; returns the new index of each old one.

@@ -17,8 +17,9 @@ pub(super) fn write(grid: &Grid, out: &mut impl Write) -> io::Result<()> {
     let numbers = vertex_numbers(grid)?;
     let data = Attributes { point: field(&grid.point_data), cell: field(&grid.cell_data) };
     let data_set = match grid.shape {
-        Shape::Tet => {
-            let cells = Cells { cell_verts: numbers, types: vec![CellType::Tetra; grid.cells()] };
+        Shape::Tet | Shape::QuadraticTet => {
+            let kind = if grid.shape == Shape::Tet { CellType::Tetra } else { CellType::QuadraticTetra };
+            let cells = Cells { cell_verts: numbers, types: vec![kind; grid.cells()] };
             DataSet::inline(UnstructuredGridPiece { points, cells, data })
         }
         Shape::Triangle => {

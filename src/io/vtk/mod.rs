@@ -4,6 +4,7 @@
 //! times faster and a third smaller than its inline base64, and it is what ParaView writes itself. The legacy format
 //! (`.vtk`) goes through `vtkio`, in `legacy`. Both get the same arrays, so that their fields never differ.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::Path;
 
@@ -13,42 +14,27 @@ use crate::delaunay::Delaunay;
 use crate::error::Error;
 use crate::geometry::frame::Frame;
 use crate::quality::TetQuality;
+use crate::second_order::SecondOrder;
+use crate::seeds::SeedKind;
 use crate::tet_mesh::TetMesh;
 
 use super::atomic::AtomicFile;
 
 mod legacy;
 
+mod polyhedra;
+
 mod xml;
+
+pub use polyhedra::write_voronoi;
 
 /// The formats of VTK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub(super) enum Format {
     /// XML with raw appended data: `.vtu` for tets, `.vtp` for surfaces.
     Xml,
     /// The legacy format, binary: `.vtk`.
     Legacy,
-}
-
-impl Format {
-    /// The format of a mesh file, by its extension.
-    pub fn of_mesh(path: &Path) -> Option<Format> {
-        Format::by_extension(path, "vtu")
-    }
-
-    /// The format of a surface file, by its extension.
-    pub fn of_surface(path: &Path) -> Option<Format> {
-        Format::by_extension(path, "vtp")
-    }
-
-    fn by_extension(path: &Path, xml: &str) -> Option<Format> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "vtk" => Some(Format::Legacy),
-            e if e == xml => Some(Format::Xml),
-            _ => None,
-        }
-    }
 }
 
 /// Cells of one kind over points, with data on them.
@@ -71,6 +57,8 @@ impl Grid<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     Tet,
+    /// With a node in the middle of each edge.
+    QuadraticTet,
     Triangle,
 }
 
@@ -78,6 +66,7 @@ impl Shape {
     fn corners(self) -> usize {
         match self {
             Shape::Tet => 4,
+            Shape::QuadraticTet => 10,
             Shape::Triangle => 3,
         }
     }
@@ -124,16 +113,36 @@ fn signed(index: u32) -> i32 {
     i32::try_from(index).expect("an index is below 2^31: this is a bug in tetcvt")
 }
 
-/// Writes a mesh: point data `kind` and `seed`; cell data `region`, `volume`, `min_dihedral`, `radius_ratio`.
-pub fn write_mesh(path: &Path, format: Format, mesh: &TetMesh, quality: &TetQuality) -> Result<(), Error> {
+/// Writes a mesh: point data `kind` and `seed`; cell data `region`, `volume`, `min_dihedral`, `radius_ratio`, which are
+/// measures of the corners. Nodes in the middle of edges have the kind of the part of the solid that their edge lies
+/// on, and -1 for a seed.
+pub(super) fn write_mesh(
+    out: &mut AtomicFile,
+    format: Format,
+    mesh: &TetMesh,
+    quality: &TetQuality,
+    second_order: Option<&SecondOrder>,
+) -> io::Result<()> {
+    let mut points = Cow::Borrowed(mesh.points.as_slice());
+    let mut corners = Cow::Borrowed(mesh.tets.as_flattened());
+    let mut kinds: Vec<SeedKind> = mesh.kinds.clone();
+    let mut seeds: Vec<i32> = mesh.seeds.iter().copied().map(signed).collect();
+    if let Some(second) = second_order {
+        let first = mesh.points.len() as u32;
+        points.to_mut().extend(&second.points);
+        let both = mesh.tets.iter().zip(&second.tets);
+        corners = both.flat_map(|(tet, middle)| tet.iter().copied().chain(middle.map(|m| first + m))).collect();
+        kinds.extend(&second.kinds);
+        seeds.resize(points.len(), -1);
+    }
     let grid = Grid {
-        shape: Shape::Tet,
-        points: &mesh.points,
-        corners: mesh.tets.as_flattened(),
+        shape: if second_order.is_some() { Shape::QuadraticTet } else { Shape::Tet },
+        points: &points,
+        corners: &corners,
         field_data: Vec::new(),
         point_data: vec![
-            Array::bytes("kind", mesh.kinds.iter().map(|&k| k as u8)),
-            Array::integers("seed", mesh.seeds.iter().copied().map(signed)),
+            Array::bytes("kind", kinds.iter().map(|&k| k as u8)),
+            Array::integers("seed", seeds.into_iter()),
         ],
         cell_data: vec![
             Array::integers("region", mesh.regions.iter().copied().map(signed)),
@@ -142,12 +151,12 @@ pub fn write_mesh(path: &Path, format: Format, mesh: &TetMesh, quality: &TetQual
             Array::reals("radius_ratio", 1, &quality.radius_ratio),
         ],
     };
-    write(path, format, &grid)
+    write(out, format, &grid)
 }
 
 /// Writes the boundary of a mesh: the points that it uses, with point data `vertex`, their index in the mesh; cell
 /// data `region_inside`, `region_outside`, `patch`, `source_triangle`.
-pub fn write_surface(path: &Path, format: Format, mesh: &TetMesh) -> Result<(), Error> {
+pub(super) fn write_surface(out: &mut AtomicFile, format: Format, mesh: &TetMesh) -> io::Result<()> {
     let (vertices, triangles) = mesh.boundary_mesh();
     let points: Vec<DVec3> = vertices.iter().map(|&v| mesh.points[v as usize]).collect();
     let grid = Grid {
@@ -163,7 +172,7 @@ pub fn write_surface(path: &Path, format: Format, mesh: &TetMesh) -> Result<(), 
             Array::integers("source_triangle", mesh.boundary.iter().map(|t| signed(t.source_triangle))),
         ],
     };
-    write(path, format, &grid)
+    write(out, format, &grid)
 }
 
 /// Writes the finite tets of a triangulation and all its points, to the last bit, in the XML format; the file is left
@@ -184,10 +193,9 @@ pub fn write_delaunay(path: &Path, delaunay: &Delaunay, frame: &Frame, seeds: us
     AtomicFile::fill(path, |file| xml::write(&grid, file))
 }
 
-fn write(path: &Path, format: Format, grid: &Grid) -> Result<(), Error> {
-    let write: fn(&Grid, &mut AtomicFile) -> io::Result<()> = match format {
-        Format::Xml => xml::write,
-        Format::Legacy => legacy::write,
-    };
-    AtomicFile::write_with(path, |file| write(grid, file))
+fn write(out: &mut AtomicFile, format: Format, grid: &Grid) -> io::Result<()> {
+    match format {
+        Format::Xml => xml::write(grid, out),
+        Format::Legacy => legacy::write(grid, out),
+    }
 }

@@ -13,12 +13,18 @@ use glam::DVec3;
 
 use super::{Array, Grid, Shape, Values};
 
-/// VTK's number of a cell type.
+/// VTK's numbers of cell types.
 const VTK_TETRA: u8 = 10;
+const VTK_QUADRATIC_TETRA: u8 = 24;
 
 pub(super) fn write(grid: &Grid, out: &mut impl Write) -> io::Result<()> {
     let mut appended = Appended::default();
     let markup = markup(grid, &mut appended);
+    finish(&markup, &appended, out)
+}
+
+/// Writes the markup, which ends where the arrays begin, the arrays, and the end.
+pub(super) fn finish(markup: &str, appended: &Appended, out: &mut impl Write) -> io::Result<()> {
     out.write_all(markup.as_bytes())?;
     for block in &appended.blocks {
         block.write(out)?;
@@ -29,7 +35,7 @@ pub(super) fn write(grid: &Grid, out: &mut impl Write) -> io::Result<()> {
 fn markup<'a>(grid: &'a Grid, appended: &mut Appended<'a>) -> String {
     let mut xml = String::new();
     let (dataset, sizes) = match grid.shape {
-        Shape::Tet => ("UnstructuredGrid", format!("NumberOfCells=\"{}\"", grid.cells())),
+        Shape::Tet | Shape::QuadraticTet => ("UnstructuredGrid", format!("NumberOfCells=\"{}\"", grid.cells())),
         Shape::Triangle => (
             "PolyData",
             format!("NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\"", grid.cells()),
@@ -51,7 +57,7 @@ fn markup<'a>(grid: &'a Grid, appended: &mut Appended<'a>) -> String {
     xml
 }
 
-fn section<'a>(xml: &mut String, name: &str, arrays: &'a [Array], appended: &mut Appended<'a>) {
+pub(super) fn section<'a>(xml: &mut String, name: &str, arrays: &'a [Array], appended: &mut Appended<'a>) {
     if arrays.is_empty() {
         return;
     }
@@ -67,7 +73,7 @@ fn section<'a>(xml: &mut String, name: &str, arrays: &'a [Array], appended: &mut
 
 fn cells<'a>(xml: &mut String, grid: &'a Grid, appended: &mut Appended<'a>) {
     let name = match grid.shape {
-        Shape::Tet => "Cells",
+        Shape::Tet | Shape::QuadraticTet => "Cells",
         Shape::Triangle => "Polys",
     };
     // VTK wants both arrays of one type; 32 bits halve the file.
@@ -76,22 +82,27 @@ fn cells<'a>(xml: &mut String, grid: &'a Grid, appended: &mut Appended<'a>) {
     *xml += &format!("      <{name}>\n");
     *xml += &appended.declare("connectivity", 1, Block::Indices { indices: grid.corners, wide });
     *xml += &appended.declare("offsets", 1, Block::Offsets { count, corners, wide });
-    if grid.shape == Shape::Tet {
-        *xml += &appended.declare("types", 1, Block::Repeated { value: VTK_TETRA, count });
+    let value = match grid.shape {
+        Shape::Tet => Some(VTK_TETRA),
+        Shape::QuadraticTet => Some(VTK_QUADRATIC_TETRA),
+        Shape::Triangle => None,
+    };
+    if let Some(value) = value {
+        *xml += &appended.declare("types", 1, Block::Repeated { value, count });
     }
     *xml += &format!("      </{name}>\n");
 }
 
 /// The arrays behind the markup, in the order of their declaration.
 #[derive(Default)]
-struct Appended<'a> {
+pub(super) struct Appended<'a> {
     blocks: Vec<Block<'a>>,
     offset: usize,
 }
 
 impl<'a> Appended<'a> {
     /// Takes in an array; returns the element that stands for it.
-    fn declare(&mut self, name: &str, components: usize, block: Block<'a>) -> String {
+    pub(super) fn declare(&mut self, name: &str, components: usize, block: Block<'a>) -> String {
         let offset = self.offset;
         self.offset += size_of::<u64>() + block.len();
         let declaration = format!(
@@ -104,9 +115,10 @@ impl<'a> Appended<'a> {
 }
 
 /// An array, as it lies in memory or as it follows from a few numbers.
-enum Block<'a> {
+pub(super) enum Block<'a> {
     Points(&'a [DVec3]),
     Values(&'a Values),
+    Long(Vec<i64>),
     Indices { indices: &'a [u32], wide: bool },
     Offsets { count: usize, corners: usize, wide: bool },
     Repeated { value: u8, count: usize },
@@ -117,7 +129,7 @@ impl Block<'_> {
         match self {
             Block::Points(_) | Block::Values(Values::Float64(_)) => "Float64",
             Block::Values(Values::UInt8(_)) | Block::Repeated { .. } => "UInt8",
-            Block::Indices { wide: true, .. } | Block::Offsets { wide: true, .. } => "Int64",
+            Block::Long(_) | Block::Indices { wide: true, .. } | Block::Offsets { wide: true, .. } => "Int64",
             Block::Values(Values::Int32(_)) | Block::Indices { .. } | Block::Offsets { .. } => "Int32",
         }
     }
@@ -125,20 +137,22 @@ impl Block<'_> {
     /// Length in bytes.
     fn len(&self) -> usize {
         let width = |wide| if wide { size_of::<i64>() } else { size_of::<i32>() };
-        match *self {
-            Block::Points(points) => size_of_val(points),
+        match self {
+            Block::Points(points) => size_of_val(*points),
             Block::Values(Values::UInt8(v)) => v.len(),
             Block::Values(Values::Int32(v)) => size_of_val(v.as_slice()),
             Block::Values(Values::Float64(v)) => size_of_val(v.as_slice()),
-            Block::Indices { indices, wide } => indices.len() * width(wide),
-            Block::Offsets { count, wide, .. } => count * width(wide),
-            Block::Repeated { count, .. } => count,
+            Block::Long(v) => size_of_val(v.as_slice()),
+            Block::Indices { indices, wide } => indices.len() * width(*wide),
+            Block::Offsets { count, wide, .. } => count * width(*wide),
+            Block::Repeated { count, .. } => *count,
         }
     }
 
     fn write(&self, out: &mut impl Write) -> io::Result<()> {
         out.write_all(&(self.len() as u64).to_le_bytes())?;
-        match *self {
+        match self {
+            Block::Long(v) => all(out, v.iter().map(|x| x.to_le_bytes())),
             Block::Points(points) => all(out, points.iter().flat_map(|p| p.to_array()).map(f64::to_le_bytes)),
             Block::Values(Values::UInt8(v)) => out.write_all(v),
             Block::Values(Values::Int32(v)) => all(out, v.iter().map(|x| x.to_le_bytes())),
@@ -147,12 +161,12 @@ impl Block<'_> {
             // Indices are below the number of corners, which fits.
             Block::Indices { indices, wide: false } => all(out, indices.iter().map(|i| i.to_le_bytes())),
             Block::Offsets { count, corners, wide: true } => {
-                all(out, (1..=count).map(|k| ((k * corners) as i64).to_le_bytes()))
+                all(out, (1..=*count).map(|k| ((k * corners) as i64).to_le_bytes()))
             }
             Block::Offsets { count, corners, wide: false } => {
-                all(out, (1..=count).map(|k| ((k * corners) as i32).to_le_bytes()))
+                all(out, (1..=*count).map(|k| ((k * corners) as i32).to_le_bytes()))
             }
-            Block::Repeated { value, count } => all(out, std::iter::repeat_n([value], count)),
+            Block::Repeated { value, count } => all(out, std::iter::repeat_n([*value], *count)),
         }
     }
 }

@@ -1,9 +1,11 @@
 //! The relaxation: energy, kinds of seeds, determinism, stopping.
 
 use glam::DVec3;
+use tetcvt::delaunay::Delaunay;
 use tetcvt::geometry::frame::Frame;
-use tetcvt::params::{Boundary, Target};
-use tetcvt::progress::{Flow, Step};
+use tetcvt::geometry::tetrahedron::dihedral_angles;
+use tetcvt::params::{Boundary, Optimizer, Start, Target};
+use tetcvt::progress::{Flow, Move, Step};
 use tetcvt::seeds::SeedKind;
 use tetcvt::{Observer, Params, Surface, TetMesh, tetrahedralize};
 
@@ -39,21 +41,64 @@ fn run(surface: &Surface, params: &Params) -> (TetMesh, Recorder) {
     (mesh, recorder)
 }
 
+/// The energies that the first iterations began with: those of the optimiser, before any seed is moved elsewhere and the steps
+/// against slivers.
+fn optimized(mesh: &TetMesh) -> Vec<f64> {
+    let other = |s: &Step| matches!(s.kind, Move::Insertion | Move::Odt);
+    mesh.steps.iter().take_while(|s| !other(s)).map(|s| s.energy).collect()
+}
+
 #[test]
 fn the_energy_of_free_seeds_never_rises() {
-    for (surface, seeds) in
-        [(Shape::cube(), 300), (Shape::torus(48, 24, 1.0, 0.4), 800), (Shape::icosphere(3, 2.0), 300)]
-    {
+    let surfaces = [(Shape::cube(), 300), (Shape::torus(48, 24, 1.0, 0.4), 800), (Shape::icosphere(3, 2.0), 300)];
+    for (surface, seeds) in surfaces {
         let surface = shape(surface);
-        let params = Params { boundary: Boundary::Free, ..params(seeds, 40) };
-        let (_, record) = run(&surface, &params);
-        assert!(record.energies.len() >= 40);
-        // Seeds added for a valid mesh come after the forty.
-        for (k, pair) in record.energies[..40].windows(2).enumerate() {
-            assert!(pair[1] <= pair[0] * (1.0 + 1e-13), "iteration {k}: {} to {}", pair[0], pair[1]);
+        for optimizer in [Optimizer::Lbfgs, Optimizer::Lloyd] {
+            for start in [Start::Random, Start::Bcc] {
+                let params = Params { boundary: Boundary::Free, optimizer, start, ..params(seeds, 30) };
+                let energies = optimized(&run(&surface, &params).0);
+                assert!(energies.len() >= 24);
+                for (k, pair) in energies.windows(2).enumerate() {
+                    assert!(pair[1] <= pair[0] * (1.0 + 1e-13), "{optimizer:?}, {k}: {} to {}", pair[0], pair[1]);
+                }
+                assert!(energies[23] < 0.999 * energies[0]);
+            }
         }
-        assert!(record.energies[39] < 0.999 * record.energies[0]);
     }
+}
+
+#[test]
+fn memory_and_momentum_gain_iterations() {
+    let surface = shape(Shape::torus(48, 24, 1.0, 0.4));
+    for boundary in [Boundary::Free, Boundary::Conform] {
+        let energies = [Optimizer::Lloyd, Optimizer::Nesterov, Optimizer::Lbfgs].map(|optimizer| {
+            let params = Params { boundary, optimizer, start: Start::Random, ..params(1500, 45) };
+            let (mesh, _) = run(&surface, &params);
+            assert!(mesh.steps.iter().all(|s| (1..=2).contains(&s.evaluations)));
+            optimized(&mesh)
+        });
+        let lloyd = energies[0][energies[0].len() - 1];
+        for (k, fast) in energies[1..].iter().enumerate() {
+            let reached = fast.iter().position(|&e| e <= lloyd).expect("the energy of Lloyd's iteration");
+            assert!(3 * reached <= 2 * energies[0].len(), "{boundary:?}, {k}: {reached}");
+        }
+    }
+}
+
+#[test]
+fn the_last_steps_leave_fewer_slivers() {
+    let surface = shape(Shape::cube());
+    let (mesh, record) = run(&surface, &Params { start: Start::Random, ..params(1500, 30) });
+    let first = mesh.steps.iter().position(|s| s.kind == Move::Odt).expect("steps against slivers");
+    let slivers = |positions: &[DVec3]| {
+        let delaunay = Delaunay::build(positions).expect("distinct seeds");
+        let corners = |tet: [u32; 4]| tet.map(|v| positions[v as usize]);
+        let is_sliver = |[a, b, c, d]: [DVec3; 4]| dihedral_angles(a, b, c, d).into_iter().any(|x| x < 15.0);
+        delaunay.tets().filter(|&t| is_sliver(corners(t))).count()
+    };
+    // positions[k] are those that step k begins with.
+    let [before, after] = [&record.positions[first], &record.positions[mesh.steps.len()]].map(|p| slivers(p));
+    assert!(3 * after < 2 * before, "{before} to {after}");
 }
 
 #[test]
@@ -87,7 +132,13 @@ fn every_kind_of_seed_stays_where_it_belongs() {
 #[test]
 fn the_same_mesh_on_any_number_of_threads() {
     let surface = shape(Shape::torus(60, 30, 1.0, 0.35));
-    let meshes = [1, 2, 3].map(|threads| run(&surface, &Params { threads, ..params(3000, 8) }).0);
+    for optimizer in [Optimizer::Nesterov, Optimizer::Lbfgs] {
+        same_mesh_on_any_number_of_threads(&surface, optimizer);
+    }
+}
+
+fn same_mesh_on_any_number_of_threads(surface: &Surface, optimizer: Optimizer) {
+    let meshes = [1, 2, 3].map(|threads| run(surface, &Params { threads, optimizer, ..params(5000, 8) }).0);
     for other in &meshes[1..] {
         assert_eq!(meshes[0].points, other.points);
         assert_eq!(meshes[0].tets, other.tets);
@@ -122,6 +173,17 @@ fn the_tolerance_ends_the_run() {
     let (mesh, _) = run(&surface, &params);
     assert!(mesh.steps.len() < 100, "{} iterations", mesh.steps.len());
     assert!(mesh.stopped.contains("energy"), "{}", mesh.stopped);
+}
+
+#[test]
+fn the_time_limit_ends_the_run_with_a_valid_mesh() {
+    let surface = shape(Shape::icosphere(3, 1.0));
+    let params = Params { time_limit: Some(0.0), ..params(500, 1000) };
+    let (mesh, _) = run(&surface, &params);
+    mesh.check().expect("a valid mesh");
+    assert_eq!(mesh.points.len(), 500);
+    assert!(mesh.steps.len() < 10, "{} iterations", mesh.steps.len());
+    assert!(mesh.stopped.contains("time"), "{}", mesh.stopped);
 }
 
 #[test]

@@ -6,60 +6,18 @@
 //! group (`o`, `g`, `usemtl`) a face is in becomes its patch.
 
 use std::cell::RefCell;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
-use std::path::Path;
+use std::io::{self, BufRead, Read};
 
 use glam::DVec3;
 
-use super::polygon;
-use crate::error::Error;
-use crate::surface::defects::Defect;
-use crate::surface::{Surface, note_count};
-
-/// Reads and checks the surface in an OBJ file.
-///
-/// # Errors
-/// [`Error::Read`] where the file cannot be read or parsed, [`Error::Surface`] where it bounds no solid.
-pub fn read(path: &Path) -> Result<Surface, Error> {
-    Ok(load(path)?.check()?)
-}
-
-/// Reads an OBJ file, without checking what it holds.
-///
-/// # Errors
-/// [`Error::Read`], with the line.
-pub fn load(path: &Path) -> Result<Soup, Error> {
-    let fail = |reason: String| Error::Read { path: path.to_owned(), reason };
-    let file = File::open(path).map_err(|e| fail(e.to_string()))?;
-    if file.metadata().is_ok_and(|m| m.is_dir()) {
-        return Err(fail("it is a folder".into()));
-    }
-    parse(BufReader::with_capacity(1 << 16, file)).map_err(fail)
-}
-
-/// What an OBJ file holds, before any check.
-pub struct Soup {
-    points: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-    source: Vec<u32>,
-    patch: Vec<u32>,
-    notes: Vec<String>,
-}
-
-impl Soup {
-    /// Checks it and makes it a surface.
-    pub fn check(self) -> Result<Surface, Defect> {
-        let surface = Surface::new(&self.points, &self.triangles, &self.source, &self.patch)?;
-        Ok(surface.with_notes(self.notes))
-    }
-}
+use super::words::Words;
+use super::{Builder, Names, Soup};
+use crate::surface::note_count;
 
 /// Parses the text of an OBJ file.
-fn parse(text: impl Read) -> Result<Soup, String> {
+pub(super) fn parse(text: &[u8]) -> Result<Soup, String> {
     let log = RefCell::new(Log::default());
-    let mut statements =
-        Statements { text: BufReader::new(text), line: vec![], at: 0, groups: Groups::default(), log: &log };
+    let mut statements = Statements { text, line: vec![], at: 0, groups: Groups::default(), log: &log };
     let options = tobj::LoadOptions { triangulate: false, single_index: true, ..Default::default() };
     let loaded = tobj::load_obj_buf(&mut statements, &options, |_| Err(tobj::LoadError::OpenFileFailed));
     let log = log.into_inner();
@@ -73,55 +31,41 @@ fn parse(text: impl Read) -> Result<Soup, String> {
     if log.lines > 0 && log.statements == 0 && log.other > 0 {
         return Err("it is not an OBJ file: no line begins with an OBJ statement".into());
     }
-    Ok(assemble(&models, &log))
+    assemble(&models, &log)
 }
 
 /// Makes triangles of the faces.
-fn assemble(models: &[tobj::Model], log: &Log) -> Soup {
-    let mut soup = Soup { points: vec![], triangles: vec![], source: vec![], patch: vec![], notes: vec![] };
-    let (mut short, mut folded) = (0, 0);
+fn assemble(models: &[tobj::Model], log: &Log) -> Result<Soup, String> {
+    let mut builder = Builder::default();
     let mut face = 0;
     for model in models {
         let mesh = &model.mesh;
-        let base = soup.points.len() as u32;
-        soup.points.extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
+        let mut base = None;
+        for position in mesh.positions.chunks_exact(3) {
+            let first = builder.point(DVec3::from_slice(position))?;
+            base.get_or_insert(first);
+        }
         // tobj leaves the arities out where all faces are triangles.
         let triangles = vec![3; if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 }];
         let mut begin = 0;
         for &arity in mesh.face_arities.iter().chain(&triangles) {
             let ids = &mesh.indices[begin..begin + arity as usize];
             begin += arity as usize;
-            if ids.len() < 3 {
-                short += 1;
-            } else {
-                let corners: Vec<DVec3> = ids.iter().map(|&v| soup.points[(base + v) as usize]).collect();
-                let cut = polygon::cut(&corners);
-                folded += usize::from(!cut.proper);
-                for triangle in cut.triangles {
-                    soup.triangles.push(triangle.map(|i| base + ids[i]));
-                    soup.source.push(face);
-                    soup.patch.push(log.patch[face as usize]);
-                }
-            }
+            let corners: Vec<usize> = ids.iter().map(|&v| base.unwrap_or(0) + v as usize).collect();
+            builder.face(&corners, log.patch[face])?;
             face += 1;
         }
     }
-    let notes = &mut soup.notes;
-    let unused = log.vertices - soup.points.len();
+    let unused = log.vertices - builder.soup.points.len();
+    let notes = &mut builder.soup.notes;
     note_count(notes, unused, "vertex that no face uses was dropped", "vertices that no face uses were dropped");
-    note_count(
-        notes,
-        short,
-        "face with fewer than three corners was left out",
-        "faces with fewer than three corners were left out",
-    );
-    note_count(
-        notes,
-        folded,
-        "polygon could not be cut without folding (it crosses itself or has no area) and was fanned",
-        "polygons could not be cut without folding (they cross themselves or have no area) and were fanned",
-    );
-    soup
+    Ok(builder.finish(true))
+}
+
+/// Whether the text's first statement is one of an OBJ file.
+pub(super) fn is_likely(text: &[u8]) -> bool {
+    let first = Words::without_comments(text, b'#').next();
+    first.is_some_and(|w| is_statement(w) && ![b"deg".as_slice(), b"lod", b"usemap", b"p", b"l"].contains(&w))
 }
 
 /// What the filter saw.
@@ -186,12 +130,12 @@ struct Groups {
     /// Object, group and material.
     current: [Vec<u8>; 3],
     /// Those seen with a face, numbered in that order.
-    known: std::collections::BTreeMap<[Vec<u8>; 3], u32>,
+    known: Names<[Vec<u8>; 3]>,
 }
 
 /// The statements of an OBJ file that make a surface, as text again; one statement at a time.
-struct Statements<'a, R> {
-    text: BufReader<R>,
+struct Statements<'a> {
+    text: &'a [u8],
     /// The statement that is being read, and how far.
     line: Vec<u8>,
     at: usize,
@@ -199,7 +143,7 @@ struct Statements<'a, R> {
     log: &'a RefCell<Log>,
 }
 
-impl<R: Read> Statements<'_, R> {
+impl Statements<'_> {
     /// Reads the next line with what continues it; `None` at the end.
     fn logical_line(&mut self, log: &mut Log) -> io::Result<Option<Vec<u8>>> {
         let mut line = vec![];
@@ -262,8 +206,7 @@ impl<R: Read> Statements<'_, R> {
                         push_word(&mut self.line, index);
                     }
                     let groups = &mut self.groups;
-                    let next = groups.known.len() as u32;
-                    log.patch.push(*groups.known.entry(groups.current.clone()).or_insert(next));
+                    log.patch.push(groups.known.number(groups.current.clone()));
                 }
                 b"o" | b"g" | b"usemtl" => {
                     let slot = [b"o".as_slice(), b"g", b"usemtl"].iter().position(|&k| k == keyword).unwrap_or(0);
@@ -297,7 +240,7 @@ fn is_statement(keyword: &[u8]) -> bool {
     KNOWN.contains(&keyword)
 }
 
-impl<R: Read> Read for Statements<'_, R> {
+impl Read for Statements<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let available = self.fill_buf()?;
         let count = available.len().min(buffer.len());
@@ -307,7 +250,7 @@ impl<R: Read> Read for Statements<'_, R> {
     }
 }
 
-impl<R: Read> BufRead for Statements<'_, R> {
+impl BufRead for Statements<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.at == self.line.len() {
             self.advance()?;

@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::predicates::{Sign, orient2d};
+use super::predicates::{Sign, orient2d};
 
 /// Triangles over the corners 0 to n - 1 of a polygon, and whether they are sure not to fold.
 pub struct Cut {

@@ -1,0 +1,159 @@
+//! The last tets below the floor, by splits and contractions of edges; and the count of vertices, made right again.
+
+use super::change::Change;
+use super::complex::Complex;
+use super::flips::remove_edge;
+use super::floor::Worklist;
+use super::ground::Ground;
+use super::resize::{contract, split};
+use crate::geometry::tetrahedron::EDGES;
+
+/// Tets treated after a split or contraction before it is judged.
+const TREATED: usize = 16;
+
+/// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
+const WORSE: f64 = 0.05;
+
+/// Tries flips, contractions and splits around the tets that are left, `most` times at most, until none helps.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, most: usize) {
+    // The quality that a tet had when nothing helped it.
+    let mut hopeless: Vec<f64> = Vec::new();
+    let mut tried = 0;
+    loop {
+        let mut gained = false;
+        for t in left(complex) {
+            let quality = complex.quality[t as usize];
+            hopeless.resize(complex.tets.len(), f64::NAN);
+            if !complex.is_alive(t) || quality >= complex.floor() || hopeless[t as usize] == quality {
+                continue;
+            }
+            if tried == most {
+                return;
+            }
+            tried += 1;
+            if resolve(complex, ground, work, t) {
+                gained = true;
+            } else {
+                hopeless[t as usize] = quality;
+            }
+        }
+        if !gained {
+            return;
+        }
+    }
+}
+
+/// The tets below the floor, worst first.
+pub(super) fn left(complex: &Complex) -> Vec<u32> {
+    let below = |&t: &u32| complex.is_alive(t) && complex.quality[t as usize] < complex.floor();
+    let mut left: Vec<u32> = (0..complex.tets.len() as u32).filter(below).collect();
+    left.sort_by(|&t, &u| complex.quality[t as usize].total_cmp(&complex.quality[u as usize]).then(t.cmp(&u)));
+    left
+}
+
+/// Tries an operation on each of a tet's edges, keeps the first that helps; whether one did.
+fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, t: u32) -> bool {
+    let mut change = Change::default();
+    let tet = complex.tets[t as usize];
+    let least = complex.quality[t as usize];
+    let deficit = complex.deficit();
+    for operation in [Operation::Flip, Operation::Contraction, Operation::Split] {
+        for [i, j] in EDGES {
+            for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
+                let mark = complex.mark();
+                let done = match operation {
+                    _ if ends[0] > ends[1] && operation != Operation::Contraction => false,
+                    Operation::Flip => {
+                        let possible = remove_edge(complex, ground, ends, WORSE, &mut change);
+                        if possible {
+                            change.apply(complex);
+                        }
+                        possible
+                    }
+                    Operation::Contraction => contract(complex, ground, ends, WORSE, &mut change),
+                    Operation::Split => split(complex, ground, ends, &mut change).is_some(),
+                };
+                if done
+                    && work.work_since(complex, ground, mark, (TREATED, least))
+                    && complex.deficit() < deficit * (1.0 - 1e-9) - 1e-12
+                {
+                    complex.commit();
+                    return true;
+                }
+                complex.rollback(mark);
+            }
+        }
+    }
+    false
+}
+
+/// What is tried on an edge, though it may gain nothing by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Operation {
+    Flip,
+    Contraction,
+    Split,
+}
+
+/// How many edges are tried for each vertex too many or too few.
+const EDGES_TRIED: usize = 400;
+
+/// Splits or contracts edges until there are `count` vertices, without taking any tet below the floor, or below what
+/// there is. Whether that went.
+pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize) -> bool {
+    let mut change = Change::default();
+    while complex.vertex_count() != count {
+        let shrink = complex.vertex_count() > count;
+        let many = complex.vertex_count().abs_diff(count);
+        let mut edges = inner_edges(complex, shrink);
+        edges.truncate(EDGES_TRIED * many);
+        let before = complex.vertex_count();
+        for [a, b] in edges {
+            if complex.vertex_count() == count {
+                break;
+            }
+            if complex.star(a).is_empty() || complex.star(b).is_empty() || !complex.has_edge(a, b) {
+                continue;
+            }
+            let mark = complex.mark();
+            let deficit = complex.deficit();
+            let done = if shrink {
+                contract(complex, ground, [a, b], 0.2, &mut change)
+            } else {
+                split(complex, ground, [a, b], &mut change).is_some()
+            };
+            if done {
+                // Nothing may fall below the floor; what is below it already may stay there.
+                work.work_since(complex, ground, mark, (TREATED, 0.0));
+                if complex.deficit() <= deficit * (1.0 + 1e-9) + 1e-15 {
+                    complex.commit();
+                    continue;
+                }
+            }
+            complex.rollback(mark);
+        }
+        if complex.vertex_count() == before {
+            return false;
+        }
+    }
+    true
+}
+
+/// Edges from a vertex inside: the shortest first, or the longest.
+fn inner_edges(complex: &Complex, shortest: bool) -> Vec<[u32; 2]> {
+    let mut edges: Vec<(f64, [u32; 2])> = Vec::new();
+    for tet in complex.tets.iter().filter(|t| t[0] != super::complex::NONE) {
+        for [i, j] in EDGES {
+            let (a, b) = (tet[i], tet[j]);
+            for [a, b] in [[a, b], [b, a]] {
+                if !complex.on_boundary(a) && (complex.on_boundary(b) || a < b) {
+                    edges.push((complex.points[a as usize].distance_squared(complex.points[b as usize]), [a, b]));
+                }
+            }
+        }
+    }
+    let sign = if shortest { 1.0 } else { -1.0 };
+    edges.sort_unstable_by(|x, y| (sign * x.0).total_cmp(&(sign * y.0)).then(x.1.cmp(&y.1)));
+    edges.dedup();
+    edges.into_iter().map(|e| e.1).collect()
+}

@@ -1,0 +1,198 @@
+//! Edge removal: the tets around an edge give way to the best that span its ring without it.
+//!
+//! J. R. Shewchuk, *Two Discrete Optimization Algorithms for the Topological Improvement of Tetrahedral Meshes*, 2002
+//! (unpublished manuscript): the best triangulation of the ring by dynamic programming (G. T. Klincsek, *Minimal
+//! triangulations of polygonal domains*, Annals of Discrete Mathematics 9, 1980, doi 10.1016/S0167-5060(08)70044-X). A ring of
+//! three is a 3-2 flip, one of four a 4-4 flip.
+//!
+//! Departure: edges of the boundary too. Their rings are open; closing one makes the two facets of the edge those of the
+//! other diagonal (with a ring of two tets a 2-2 flip, with one tet this tet is peeled off).
+
+use super::change::Change;
+use super::complex::{Complex, NONE};
+use super::ground::Ground;
+use super::measure;
+use crate::geometry::tetrahedron::FACETS;
+
+/// The most tets around an edge that is removed: larger rings hardly ever gain anything.
+const LARGEST_RING: usize = 7;
+
+/// Vertices of such a ring where it is open.
+const RING_VERTICES: usize = LARGEST_RING + 1;
+
+/// The tets around an edge (a, b): tet i is (a, b, vertex i, vertex i + 1), positive.
+pub(super) struct Ring {
+    pub vertices: [u32; RING_VERTICES],
+    /// Number of vertices.
+    pub length: usize,
+    pub tets: [u32; LARGEST_RING],
+    /// Number of tets: one less than vertices where the edge is on the boundary.
+    pub count: usize,
+}
+
+impl Ring {
+    /// The ring of edge (a, b), unless it is too large.
+    pub(super) fn around(complex: &Complex, a: u32, b: u32) -> Option<Ring> {
+        // For each tet, the other edge (x, y) such that (a, b, x, y) is positive.
+        let mut links = [(NONE, NONE, NONE); LARGEST_RING];
+        let mut count = 0;
+        for &t in complex.star(a) {
+            let tet = complex.tets[t as usize];
+            if !tet.contains(&b) {
+                continue;
+            }
+            if count == LARGEST_RING {
+                return None;
+            }
+            let at = tet.iter().position(|&v| v == a)?;
+            let [p, q, r] = FACETS[at].map(|k| tet[k]);
+            let (x, y) = if p == b {
+                (q, r)
+            } else if q == b {
+                (r, p)
+            } else {
+                (p, q)
+            };
+            links[count] = (x, y, t);
+            count += 1;
+        }
+        let links = &mut links[..count];
+        // An open ring begins where no tet leads to.
+        let first = (0..count).find(|&i| links.iter().all(|l| l.1 != links[i].0));
+        let open = first.is_some();
+        let mut at = links.get(first.unwrap_or(0))?.0;
+        let mut ring = Ring { vertices: [NONE; RING_VERTICES], length: 0, tets: [NONE; LARGEST_RING], count };
+        for i in 0..count {
+            let &(_, y, t) = links.iter().find(|l| l.0 == at)?;
+            ring.vertices[i] = at;
+            ring.tets[i] = t;
+            at = y;
+        }
+        ring.length = count;
+        if open {
+            ring.vertices[count] = at;
+            ring.length += 1;
+        }
+        Some(ring)
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        self.length > self.count
+    }
+}
+
+/// The best triangulation of a ring found so far, for each of its stretches.
+struct Table {
+    worst: [[f64; RING_VERTICES]; RING_VERTICES],
+    middle: [[u8; RING_VERTICES]; RING_VERTICES],
+}
+
+/// Works out the removal of edge (a, b), if all new tets would be better than `least`.
+pub(super) fn remove_edge(
+    complex: &Complex,
+    ground: &Ground,
+    [a, b]: [u32; 2],
+    least: f64,
+    change: &mut Change,
+) -> bool {
+    let Some(ring) = Ring::around(complex, a, b) else { return false };
+    if ring.length < 3 && !ring.is_open() {
+        return false;
+    }
+    let mut old_facets = [NONE; 2];
+    if ring.is_open() {
+        match closable(complex, [a, b], &ring) {
+            Some(facets) => old_facets = facets,
+            None => return false,
+        }
+    }
+    let Some(table) = triangulate(complex, [a, b], &ring, least) else { return false };
+    change.clear();
+    if ring.is_open() {
+        let (first, last) = (ring.vertices[0], ring.vertices[ring.length - 1]);
+        let face = complex.facets[old_facets[0] as usize].face;
+        for vertices in [[first, b, last], [first, last, a]] {
+            let Some(facet) = ground.facet(complex, vertices, face, &old_facets) else { return false };
+            change.new_facets.push(facet);
+        }
+        change.old_facets.extend(old_facets);
+    }
+    change.old_tets.extend(&ring.tets[..ring.count]);
+    collect(complex, [a, b], &ring, &table, (0, ring.length - 1), change);
+    change.worst = change.new_tets.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
+    true
+}
+
+/// The two boundary facets of an open ring's edge, if the edge is no crease and its other diagonal is free.
+fn closable(complex: &Complex, [a, b]: [u32; 2], ring: &Ring) -> Option<[u32; 2]> {
+    if complex.is_crease(a, b) {
+        return None;
+    }
+    let (first, last) = (ring.vertices[0], ring.vertices[ring.length - 1]);
+    let (f, g) = (complex.facet([a, b, first])?, complex.facet([a, b, last])?);
+    if complex.facets[f as usize].face != complex.facets[g as usize].face {
+        return None;
+    }
+    let taken = if ring.count == 1 {
+        // The tet is peeled off: what lies behind must not be the boundary already.
+        let on_facet = |f: &u32| complex.facets[*f as usize].vertices.contains(&last);
+        complex.facets_of(first).iter().any(on_facet)
+    } else {
+        complex.has_edge(first, last)
+    };
+    // Three facets at a vertex of the boundary are the least.
+    let spare = |v: u32| complex.facets_of(v).len() > 3;
+    (!taken && spare(a) && spare(b)).then_some([f, g])
+}
+
+/// The triangulation of the ring whose worst tet is best, if it is better than `least`.
+fn triangulate(complex: &Complex, [a, b]: [u32; 2], ring: &Ring, least: f64) -> Option<Table> {
+    let n = ring.length;
+    let mut table =
+        Table { worst: [[f64::INFINITY; RING_VERTICES]; RING_VERTICES], middle: [[0; RING_VERTICES]; RING_VERTICES] };
+    for span in 2..n {
+        for i in 0..n - span {
+            let k = i + span;
+            let mut best = f64::NEG_INFINITY;
+            for j in i + 1..k {
+                let rest = table.worst[i][j].min(table.worst[j][k]);
+                if rest <= least.max(best) {
+                    continue;
+                }
+                let [x, y, z] = [i, j, k].map(|m| ring.vertices[m]);
+                let lower = measure::quality(complex.corners([x, y, z, b]));
+                if lower <= least.max(best) {
+                    continue;
+                }
+                let worst = rest.min(lower).min(measure::quality(complex.corners([x, z, y, a])));
+                if worst > best {
+                    best = worst;
+                    table.middle[i][k] = j as u8;
+                }
+            }
+            table.worst[i][k] = best;
+        }
+    }
+    (table.worst[0][n - 1] > least).then_some(table)
+}
+
+/// The tets of the best triangulation of a stretch of the ring.
+fn collect(
+    complex: &Complex,
+    [a, b]: [u32; 2],
+    ring: &Ring,
+    table: &Table,
+    (i, k): (usize, usize),
+    change: &mut Change,
+) {
+    if k < i + 2 {
+        return;
+    }
+    let j = table.middle[i][k] as usize;
+    let [x, y, z] = [i, j, k].map(|m| ring.vertices[m]);
+    for tet in [[x, y, z, b], [x, z, y, a]] {
+        change.new_tets.push((tet, measure::quality(complex.corners(tet))));
+    }
+    collect(complex, [a, b], ring, table, (i, j), change);
+    collect(complex, [a, b], ring, table, (j, k), change);
+}

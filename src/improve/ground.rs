@@ -1,0 +1,205 @@
+//! The surface that the boundary must keep to: where its vertices may go, and how far its facets may stray.
+
+use glam::DVec3;
+
+use super::complex::{Complex, Facet, Freedom};
+use crate::geometry::frame::snap;
+use crate::geometry::triangle;
+use crate::surface::Surface;
+use crate::surface::features::Features;
+
+/// Facets may stray from the surface by this share of its diagonal; farther, only where they did before.
+const STRAY: f64 = 3e-4;
+
+/// For the few tets that this leaves below the floor: as far as all but this share of the facets do at the start.
+const STRAYING: f64 = 0.03;
+
+/// A vertex of the surface that moves by a step may be brought back to the surface by at most this share of it.
+const LIFT: f64 = 0.5;
+
+/// What holds the gradient of a vertex to its part of the solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Tangent {
+    /// Every direction.
+    All,
+    /// Those across this unit normal.
+    Plane(DVec3),
+    /// Those along this unit vector.
+    Line(DVec3),
+}
+
+impl Tangent {
+    /// The part of `gradient` along which the vertex may move.
+    pub(super) fn project(&self, gradient: DVec3) -> DVec3 {
+        match *self {
+            Tangent::All => gradient,
+            Tangent::Plane(n) => gradient - n * gradient.dot(n),
+            Tangent::Line(t) => t * gradient.dot(t),
+        }
+    }
+}
+
+/// The surface and its features.
+#[derive(Clone, Copy)]
+pub(super) struct Ground<'a> {
+    pub surface: &'a Surface,
+    pub features: &'a Features,
+    limit: f64,
+}
+
+impl<'a> Ground<'a> {
+    pub(super) fn new(surface: &'a Surface, features: &'a Features) -> Ground<'a> {
+        Ground { surface, features, limit: STRAY * surface.diagonal() }
+    }
+
+    /// A triangle of a smooth part of the surface that holds `p`.
+    pub(super) fn triangle_at(&self, p: DVec3, face: u32) -> Option<u32> {
+        let reach = DVec3::splat(1e-12);
+        let mut found: Option<u32> = None;
+        self.surface.tree().near_box(p - reach, p + reach, |t| {
+            if self.features.face[t as usize] == face && found.is_none_or(|f| t < f) {
+                found = Some(t);
+            }
+        });
+        found.filter(|&t| triangle::closest_point(self.surface.corners(t), p).distance(p) <= reach.x)
+    }
+
+    /// The same, with a bound that leaves more room: as far as most of `facets` stray.
+    pub(super) fn loosened(&self, facets: &[Facet]) -> Ground<'a> {
+        let mut strays: Vec<f64> = facets.iter().map(|f| f.stray).collect();
+        strays.sort_unstable_by(f64::total_cmp);
+        let usual = strays.get((strays.len() as f64 * (1.0 - STRAYING)) as usize);
+        Ground { limit: self.limit.max(usual.copied().unwrap_or(0.0)), ..*self }
+    }
+
+    /// How far a facet strays: the distance of its centroid to the surface.
+    pub(super) fn stray(&self, [a, b, c]: [DVec3; 3]) -> f64 {
+        self.surface.tree().closest(triangle::centroid(a, b, c)).distance2.sqrt()
+    }
+
+    /// Whether a facet may stray so far in the place of facets that strayed by at most `before`.
+    pub(super) fn allows(&self, stray: f64, before: f64) -> bool {
+        stray <= self.limit.max(before)
+    }
+
+    /// The directions that a vertex may move in; none for those that may not.
+    pub(super) fn tangent(&self, complex: &Complex, v: u32) -> Option<Tangent> {
+        match complex.freedom[v as usize] {
+            Freedom::Inside => Some(Tangent::All),
+            Freedom::Surface(t) => self.surface.normal2(t).try_normalize().map(Tangent::Plane),
+            Freedom::Curve(curve, at) => {
+                let points = self.surface.points();
+                let curve = &self.features.curves[curve as usize];
+                let reach = 1e-3 * curve.length();
+                let along = curve.point_at(at + reach, points) - curve.point_at(at - reach, points);
+                along.try_normalize().map(Tangent::Line)
+            }
+            Freedom::Knot(..) | Freedom::Fixed => None,
+        }
+    }
+
+    /// The place, within its part of the solid, that a vertex gets to by a step; `None` where the step leads out of it.
+    pub(super) fn place(&self, complex: &Complex, v: u32, step: DVec3) -> Option<(DVec3, Freedom)> {
+        let from = complex.points[v as usize];
+        match complex.freedom[v as usize] {
+            Freedom::Inside => Some((snap(from + step), Freedom::Inside)),
+            Freedom::Surface(t) => self.on_surface(t, from + step, step.length()),
+            Freedom::Curve(curve, at) => self.on_curve(complex, v, (curve, at), step),
+            Freedom::Knot(..) | Freedom::Fixed => None,
+        }
+    }
+
+    fn on_surface(&self, near: u32, trial: DVec3, step: f64) -> Option<(DVec3, Freedom)> {
+        let corners = self.surface.corners(near);
+        // Within the triangle at hand no other needs to be looked for.
+        if is_above(corners, trial) {
+            let p = triangle::closest_point(corners, trial);
+            return (p.distance(trial) <= LIFT * step).then_some((snap(p), Freedom::Surface(near)));
+        }
+        let closest = self.surface.tree().closest(trial);
+        let same = self.features.face[closest.triangle as usize] == self.features.face[near as usize]
+            && self.surface.normal2(closest.triangle).dot(self.surface.normal2(near)) > 0.0;
+        (same && closest.distance2 <= LIFT * LIFT * step * step)
+            .then_some((snap(closest.point), Freedom::Surface(closest.triangle)))
+    }
+
+    fn on_curve(&self, complex: &Complex, v: u32, (number, at): (u32, f64), step: DVec3) -> Option<(DVec3, Freedom)> {
+        let curve = &self.features.curves[number as usize];
+        let Some(Tangent::Line(along)) = self.tangent(complex, v) else { return None };
+        let length = curve.length();
+        let mut to = at + step.dot(along);
+        if curve.is_closed() {
+            to = to.rem_euclid(length);
+        } else if !(to > 0.0 && to < length) {
+            return None;
+        }
+        let p = snap(curve.point_at(to, self.surface.points()));
+        for w in complex.along_creases(v) {
+            let Some(end) = self.arc_of(complex, number, w, to) else { continue };
+            let (before, after) = (self.bulge(number, at, end), self.bulge(number, to, end));
+            if after > before.max(0.1 * self.limit) {
+                return None;
+            }
+        }
+        Some((p, Freedom::Curve(number, to)))
+    }
+
+    /// The arc length of vertex `w` on a curve, if it is on it; for the end of a curve the one nearer `to`.
+    fn arc_of(&self, complex: &Complex, number: u32, w: u32, to: f64) -> Option<f64> {
+        match complex.freedom[w as usize] {
+            Freedom::Curve(curve, at) | Freedom::Knot(curve, at) => (curve == number).then_some(at),
+            Freedom::Fixed => {
+                let curve = &self.features.curves[number as usize];
+                let ends = [(0.0, curve.vertices[0]), (curve.length(), curve.vertices[curve.vertices.len() - 1])];
+                let here = complex.points[w as usize];
+                let at_end = |&(_, u): &(f64, u32)| self.surface.points()[u as usize] == here;
+                let found = ends.into_iter().filter(at_end).map(|(at, _)| at);
+                found.min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs()))
+            }
+            _ => None,
+        }
+    }
+
+    /// How far a curve gets from its chord between two arc lengths.
+    fn bulge(&self, number: u32, from: f64, to: f64) -> f64 {
+        let curve = &self.features.curves[number as usize];
+        let (low, high) = (from.min(to), from.max(to));
+        if curve.is_closed() && high - low > 0.5 * curve.length() {
+            // The way round goes through the seam: too rare to follow.
+            return 0.0;
+        }
+        let points = self.surface.points();
+        let [a, b] = [low, high].map(|at| curve.point_at(at, points));
+        let range = curve.arc.partition_point(|&s| s <= low)..curve.arc.partition_point(|&s| s < high);
+        let between = curve.vertices.get(range).unwrap_or(&[]);
+        between
+            .iter()
+            .map(|&u| points[u as usize])
+            .map(|p| triangle::closest_on_segment(a, b, p).distance(p))
+            .fold(0.0, f64::max)
+    }
+
+    /// A new facet, unless it strays too far or turns away from what it replaces.
+    pub(super) fn facet(&self, complex: &Complex, vertices: [u32; 3], face: u32, old: &[u32]) -> Option<Facet> {
+        let corners = complex.corners(vertices);
+        let [a, b, c] = corners;
+        let normal = triangle::normal2(a, b, c);
+        let before = old.iter().map(|&f| complex.facets[f as usize].stray).fold(0.0, f64::max);
+        let turned = old.iter().any(|&f| {
+            let [a, b, c] = complex.corners(complex.facets[f as usize].vertices);
+            let other = triangle::normal2(a, b, c);
+            normal.dot(other) <= 0.5 * normal.length() * other.length()
+        });
+        if turned {
+            return None;
+        }
+        let stray = self.stray(corners);
+        self.allows(stray, before).then_some(Facet { vertices, face, stray })
+    }
+}
+
+/// Whether `p` lies over or under the inside of a triangle.
+fn is_above([a, b, c]: [DVec3; 3], p: DVec3) -> bool {
+    let n = triangle::normal2(a, b, c);
+    (b - a).cross(p - a).dot(n) > 0.0 && (c - b).cross(p - b).dot(n) > 0.0 && (a - c).cross(p - c).dot(n) > 0.0
+}

@@ -1,0 +1,109 @@
+//! From the improved mesh back to model units, and what there is to say of it.
+
+use rayon::prelude::*;
+
+use super::complex::{Complex, Freedom, NONE};
+use super::ground::Ground;
+use super::{endgame, measure};
+use crate::geometry::tetrahedron::{self, EDGES};
+use crate::seeds::SeedKind;
+use crate::tet_mesh::{BoundaryTriangle, TetMesh};
+
+/// The improved mesh in model units; `patch` has the patch of each of the surface's triangles.
+pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground, patch: &[u32]) -> TetMesh {
+    let mut mesh = before.clone();
+    let surface = ground.surface;
+    // Vertices beyond the count, made by splits, take the places of those contracted.
+    let count = mesh.points.len() as u32;
+    let mut place: Vec<u32> = (0..complex.points.len() as u32).collect();
+    let mut vacant: Vec<u32> = complex.free_vertices.iter().copied().filter(|&v| v < count).collect();
+    vacant.sort_unstable_by(|a, b| b.cmp(a));
+    let in_use = |&v: &u32| !complex.star(v).is_empty();
+    for v in (count..complex.points.len() as u32).filter(in_use) {
+        place[v as usize] = vacant.pop().expect("the count is restored: this is a bug in tetcvt");
+    }
+    for v in (0..complex.points.len() as u32).filter(in_use) {
+        let v = v as usize;
+        let to = place[v] as usize;
+        mesh.points[to] = surface.frame().to_model(complex.points[v]);
+        match complex.freedom[v] {
+            Freedom::Inside => mesh.kinds[to] = SeedKind::Interior,
+            Freedom::Surface(_) => mesh.kinds[to] = SeedKind::Surface,
+            Freedom::Curve(..) | Freedom::Knot(..) => mesh.kinds[to] = SeedKind::Curve,
+            Freedom::Fixed => {}
+        }
+    }
+    let mut tets: Vec<([u32; 4], u32)> = complex
+        .tets
+        .iter()
+        .filter(|t| t[0] != NONE)
+        .map(|t| (t.map(|v| place[v as usize]), complex.region[t[0] as usize]))
+        .collect();
+    tets.sort_by_key(|(t, _)| t.iter().copied().min());
+    mesh.tets = tets.iter().map(|t| t.0).collect();
+    mesh.regions = tets.iter().map(|t| t.1).collect();
+    let facets: Vec<[u32; 3]> = complex.facets.iter().map(|f| f.vertices).filter(|f| f[0] != NONE).collect();
+    mesh.boundary = facets
+        .par_iter()
+        .map(|&vertices| {
+            let closest = surface.facing(complex.corners(vertices)) as usize;
+            BoundaryTriangle {
+                vertices: vertices.map(|v| place[v as usize]),
+                region_inside: complex.region[vertices[0] as usize],
+                region_outside: -1,
+                patch: patch[closest],
+                source_triangle: surface.source()[closest],
+            }
+        })
+        .collect();
+    mesh
+}
+
+/// What became of the floor, for a human: reached, or how many tets are below it, where the worst is and why.
+pub(super) fn describe(complex: &Complex, ground: &Ground, floor: f64) -> String {
+    let below = |&t: &u32| {
+        measure::extremes(complex.corners(complex.tets[t as usize])).is_none_or(|e| e[0].to_degrees() < floor)
+    };
+    let left: Vec<u32> = endgame::left(complex).into_iter().filter(below).collect();
+    let angle = |t: u32| {
+        let [a, b, c, d] = complex.corners(complex.tets[t as usize]);
+        tetrahedron::min_dihedral(a, b, c, d)
+    };
+    let Some(worst) = left.iter().copied().min_by(|&t, &u| angle(t).total_cmp(&angle(u))) else {
+        return format!("every dihedral angle is at least {floor} degrees");
+    };
+    let [a, b, c, d] = complex.corners(complex.tets[worst as usize]);
+    let place = ground.surface.frame().to_model(tetrahedron::centroid(a, b, c, d));
+    format!(
+        "{} of {} tets below {floor} degrees; the worst, with {:.2}, at ({:.6}, {:.6}, {:.6}): {}",
+        left.len(),
+        complex.tets.iter().filter(|t| t[0] != NONE).count(),
+        angle(worst),
+        place.x,
+        place.y,
+        place.z,
+        reason(complex, worst)
+    )
+}
+
+/// What stands in the way of a tet.
+fn reason(complex: &Complex, t: u32) -> &'static str {
+    let tet = complex.tets[t as usize];
+    let [a, b, c, d] = complex.corners(tet);
+    let angles = tetrahedron::dihedral_angles(a, b, c, d);
+    let sharpest = (0..6).min_by(|&e, &f| angles[e].total_cmp(&angles[f])).unwrap_or(0);
+    let [i, j] = EDGES[sharpest];
+    let facets = complex.facets_of(tet[i]).iter().filter(|&&f| {
+        let vertices = &complex.facets[f as usize].vertices;
+        vertices.contains(&tet[j]) && vertices.iter().all(|v| tet.contains(v))
+    });
+    if facets.count() == 2 {
+        "the surface itself is as sharp there"
+    } else if tet.iter().all(|&v| complex.freedom[v as usize].is_bound()) {
+        "its vertices are bound to corners and creases closer than the spacing"
+    } else if tet.iter().all(|&v| complex.on_boundary(v)) {
+        "it spans a wall thinner than the spacing"
+    } else {
+        "no local change raises it"
+    }
+}

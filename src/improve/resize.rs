@@ -1,0 +1,138 @@
+//! Splits and contracts edges.
+
+use glam::DVec3;
+
+use super::change::Change;
+use super::complex::{Complex, Facet, Freedom, Vertex};
+use super::flips::Ring;
+use super::ground::Ground;
+use super::measure;
+use crate::geometry::frame::snap;
+use crate::geometry::tetrahedron::FACETS;
+
+/// Splits edge (a, b), which must not be a crease, in the middle; the new vertex, unless a tet would be flat or a facet stray.
+pub(super) fn split(complex: &mut Complex, ground: &Ground, [a, b]: [u32; 2], change: &mut Change) -> Option<u32> {
+    let facets: Vec<u32> =
+        complex.facets_of(a).iter().copied().filter(|&f| complex.facets[f as usize].vertices.contains(&b)).collect();
+    let (at, freedom) = middle(complex, ground, [a, b], &facets)?;
+    let mark = complex.mark();
+    let m = complex.add_vertex(Vertex { point: at, freedom, region: complex.region[a as usize] });
+    change.clear();
+    for &t in complex.star(a).iter().filter(|&&t| complex.tets[t as usize].contains(&b)) {
+        change.old_tets.push(t);
+        for end in [a, b] {
+            let tet = complex.tets[t as usize].map(|v| if v == end { m } else { v });
+            change.new_tets.push((tet, measure::quality(complex.corners(tet))));
+        }
+    }
+    let mut fits = change.new_tets.iter().all(|t| t.1 > 0.0);
+    for &f in &facets {
+        let Facet { vertices, face, .. } = complex.facets[f as usize];
+        for end in [a, b] {
+            match ground.facet(complex, vertices.map(|v| if v == end { m } else { v }), face, &[f]) {
+                Some(facet) => change.new_facets.push(facet),
+                None => fits = false,
+            }
+        }
+    }
+    change.old_facets = facets;
+    if !fits {
+        complex.rollback(mark);
+        return None;
+    }
+    change.apply(complex);
+    Some(m)
+}
+
+/// Where the vertex in the middle of an edge goes, and how it may move from there.
+fn middle(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], facets: &[u32]) -> Option<(DVec3, Freedom)> {
+    let half = (complex.points[a as usize] + complex.points[b as usize]) * 0.5;
+    let &[f, g] = facets else { return Some((snap(half), Freedom::Inside)) };
+    if complex.is_crease(a, b) || complex.facets[f as usize].face != complex.facets[g as usize].face {
+        return None;
+    }
+    let closest = ground.surface.tree().closest(half);
+    let same = ground.features.face[closest.triangle as usize] == complex.facets[f as usize].face;
+    same.then_some((snap(closest.point), Freedom::Surface(closest.triangle)))
+}
+
+/// Contracts edge (a, b) to `b`, if every tet that changes is better than `least`.
+///
+/// The tets around `a` then are those between `b` and the facets that `a` saw. If all are positive they fill the same
+/// space; for a vertex of the boundary the link condition makes sure of that (H. Edelsbrunner, *Geometry and Topology for
+/// Mesh Generation*, 2001, section 4.2).
+pub(super) fn contract(
+    complex: &mut Complex,
+    ground: &Ground,
+    [a, b]: [u32; 2],
+    least: f64,
+    change: &mut Change,
+) -> bool {
+    change.clear();
+    for &t in complex.star(a) {
+        let tet = complex.tets[t as usize];
+        change.old_tets.push(t);
+        if !tet.contains(&b) {
+            let at = tet.iter().position(|&v| v == a).expect("a star's tets have its vertex: this is a bug in tetcvt");
+            let [x, y, z] = FACETS[at].map(|k| tet[k]);
+            let tet = [b, x, y, z];
+            let quality = measure::quality(complex.corners(tet));
+            if quality <= least.max(0.0) {
+                return false;
+            }
+            change.new_tets.push((tet, quality));
+        }
+    }
+    if complex.on_boundary(a) && !boundary_follows(complex, ground, [a, b], change) {
+        return false;
+    }
+    change.apply(complex);
+    complex.free_vertex(a);
+    true
+}
+
+/// The facets of a contraction of a vertex of the surface; whether there is nothing against them.
+fn boundary_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], change: &mut Change) -> bool {
+    if !matches!(complex.freedom[a as usize], Freedom::Surface(_)) {
+        return false;
+    }
+    let Some(ring) = Ring::around(complex, a, b) else { return false };
+    if !ring.is_open() {
+        return false;
+    }
+    // The link condition: the vertices next to both ends are those of the ring, on the boundary too.
+    let common = |of_a: Vec<u32>, of_b: Vec<u32>| of_a.iter().filter(|v| of_b.binary_search(v).is_ok()).count();
+    let near = |v: u32| sorted(complex.star(v).iter().flat_map(|&t| complex.tets[t as usize]), [a, b]);
+    let beside =
+        |v: u32| sorted(complex.facets_of(v).iter().flat_map(|&f| complex.facets[f as usize].vertices), [a, b]);
+    if common(near(a), near(b)) != ring.length || common(beside(a), beside(b)) != 2 {
+        return false;
+    }
+    let spare = |v: u32| complex.facets_of(v).len() > 3;
+    if !spare(ring.vertices[0]) || !spare(ring.vertices[ring.length - 1]) {
+        return false;
+    }
+    change.old_facets.extend(complex.facets_of(a));
+    let face = complex.facets[change.old_facets[0] as usize].face;
+    for k in 0..change.old_facets.len() {
+        let Facet { vertices, face: other, .. } = complex.facets[change.old_facets[k] as usize];
+        if other != face {
+            return false;
+        }
+        if !vertices.contains(&b) {
+            let moved = vertices.map(|v| if v == a { b } else { v });
+            match ground.facet(complex, moved, face, &change.old_facets) {
+                Some(facet) => change.new_facets.push(facet),
+                None => return false,
+            }
+        }
+    }
+    true
+}
+
+fn sorted(vertices: impl Iterator<Item = u32>, but: [u32; 2]) -> Vec<u32> {
+    let mut all: Vec<u32> = vertices.filter(|v| !but.contains(v)).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}

@@ -1,0 +1,96 @@
+//! Motions by the limited-memory BFGS method.
+//!
+//! - J. Nocedal, *Updating quasi-Newton matrices with limited storage*, Mathematics of Computation 35(151), 1980,
+//!   doi 10.1090/S0025-5718-1980-0572855-7: the two-loop recursion.
+//! - Y. Liu, W. Wang, B. Lévy, F. Sun, D.-M. Yan, L. Lu, C. Yang, *On centroidal Voronoi tessellation: energy smoothness and
+//!   fast computation*, ACM Transactions on Graphics 28(4), 2009, doi 10.1145/1559755.1559758: for this energy.
+//!
+//! 1. q = g. From the newest pair (s, y) of motion and change of gradient to the oldest: α = ρ s.q, q -= α y.
+//! 2. r = γ D^-1 q, with the diagonal D of the Hessian with fixed cells and γ = s.y / y.D^-1 y of the newest pair.
+//! 3. From the oldest pair to the newest: r += (α - ρ y.r) s. The motion is -r.
+//!
+//! Without pairs this is -D^-1 g, the step of Lloyd. Departure: H0 is γ D^-1, not a multiple of the identity, so
+//! that seeds of all kinds and sizes of cell are scaled right from the start.
+//!
+//! Cost: 4 m dot products and sums for a memory of m pairs.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+
+use super::objective::Slope;
+use super::vectors::{add_scaled, dot};
+use crate::progress::Move;
+
+/// m.
+const MEMORY: usize = 7;
+
+/// A pair must be convex by at least this share: s.y against |s|_D |y|_(D^-1).
+const CONVEX: f64 = 1e-6;
+
+struct Pair {
+    motion: Vec<DVec3>,
+    change: Vec<DVec3>,
+}
+
+/// The memory.
+#[derive(Default)]
+pub(super) struct Lbfgs {
+    /// Oldest first.
+    pairs: VecDeque<Pair>,
+}
+
+impl Lbfgs {
+    /// The next motion, which is Lloyd's while nothing is remembered.
+    pub(super) fn motion(&self, slope: &Slope, lloyd: &[DVec3]) -> (Vec<DVec3>, Move) {
+        // 1.
+        let mut q = slope.gradient.clone();
+        let mut used: Vec<(&Pair, f64, f64)> = Vec::with_capacity(MEMORY);
+        for pair in self.pairs.iter().rev() {
+            let curvature = dot(&pair.motion, &pair.change);
+            if curvature > 0.0 {
+                let alpha = dot(&pair.motion, &q) / curvature;
+                add_scaled(&mut q, -alpha, &pair.change);
+                used.push((pair, curvature, alpha));
+            }
+        }
+        let Some((newest, curvature, _)) = used.first() else { return (lloyd.to_vec(), Move::Lloyd) };
+        // 2.
+        let gamma = curvature / dot(&newest.change, &slope.relaxed(&newest.change));
+        let mut r = slope.relaxed(&q);
+        r.iter_mut().for_each(|r| *r *= gamma);
+        // 3.
+        for (pair, curvature, alpha) in used.iter().rev() {
+            let beta = dot(&pair.change, &r) / curvature;
+            add_scaled(&mut r, alpha - beta, &pair.motion);
+        }
+        r.iter_mut().for_each(|r| *r = -*r);
+        (r, Move::Lbfgs)
+    }
+
+    /// Remembers a motion and the change of the gradient that it made, if the energy is convex along it.
+    pub(super) fn remember(&mut self, motion: Vec<DVec3>, change: Vec<DVec3>, slope: &Slope) {
+        let curvature = dot(&motion, &change);
+        let stiff: Vec<DVec3> = motion.iter().zip(&slope.stiffness).map(|(s, &d)| *s * d).collect();
+        let sizes = (dot(&motion, &stiff) * dot(&change, &slope.relaxed(&change))).sqrt();
+        if curvature > CONVEX * sizes {
+            if self.pairs.len() == MEMORY {
+                self.pairs.pop_front();
+            }
+            self.pairs.push_back(Pair { motion, change });
+        }
+    }
+
+    /// Forgets all that a seed did.
+    pub(super) fn forget_seed(&mut self, i: usize) {
+        for pair in &mut self.pairs {
+            pair.motion[i] = DVec3::ZERO;
+            pair.change[i] = DVec3::ZERO;
+        }
+    }
+
+    /// Forgets everything.
+    pub(super) fn forget(&mut self) {
+        self.pairs.clear();
+    }
+}

@@ -1,0 +1,88 @@
+//! The unit of length and the origin do not matter: a model at any scale and offset has the same mesh.
+
+use glam::DVec3;
+use tetcvt::params::Target;
+use tetcvt::progress::Silent;
+use tetcvt::{Params, TetMesh, tetrahedralize};
+
+use crate::shapes::Shape;
+
+/// A model with creases, and one without, placed.
+fn mesh(shape: &Shape, shift: DVec3, scale: f64) -> TetMesh {
+    let placed = Shape { points: shape.points.clone(), faces: shape.faces.clone() }.placed(shift, scale);
+    let surface = placed.surface().unwrap_or_else(|defect| panic!("{scale} {shift}: {defect}"));
+    let params = Params { target: Target::Count(400), iterations: 4, tolerance: 0.0, check: true, ..Params::default() };
+    let mesh = tetrahedralize(&surface, &params, &mut Silent).unwrap_or_else(|e| panic!("{scale} {shift}: {e}"));
+    mesh.check().unwrap_or_else(|violation| panic!("{scale} {shift}: {violation}"));
+    mesh
+}
+
+/// A sphere, and a tetrahedron without symmetries, which has creases and corners.
+fn shapes() -> [Shape; 2] {
+    let mut creased = Shape::tetrahedron();
+    creased.points[1] = DVec3::new(1.0, 0.1, 0.05);
+    creased.points[2] = DVec3::new(0.2, 0.9, -0.1);
+    creased.points[3] = DVec3::new(0.15, 0.3, 0.8);
+    [Shape::icosphere(3, 1.0), creased]
+}
+
+/// Whether a mesh is another one brought elsewhere, for all that rounding may have decided otherwise.
+fn assert_alike(one: &TetMesh, other: &TetMesh, scale: f64, case: &str) {
+    assert_eq!(one.points.len(), other.points.len(), "{case}");
+    let [volume, others] = [one.volume(), other.volume() / scale / scale / scale];
+    assert!((volume / others - 1.0).abs() < 1e-3, "{case}: volumes {volume}, {others}");
+    let [tets, others] = [one, other].map(|mesh| mesh.tets.len() as f64);
+    assert!((tets / others - 1.0).abs() < 0.06, "{case}: {tets} and {others} tets");
+}
+
+/// The tets as sets of vertices, sorted: equal for meshes whose tets are listed or turned in another way.
+fn tets(mesh: &TetMesh) -> Vec<[u32; 4]> {
+    let mut tets = mesh.tets.clone();
+    tets.iter_mut().for_each(|t| t.sort_unstable());
+    tets.sort_unstable();
+    tets
+}
+
+/// Largest distance between vertices of `a` and of `b`, brought back.
+fn difference(a: &TetMesh, b: &TetMesh, shift: DVec3, scale: f64) -> f64 {
+    let apart = |(p, q): (&DVec3, &DVec3)| p.distance((*q - shift) / scale);
+    a.points.iter().zip(&b.points).map(apart).fold(0.0, f64::max)
+}
+
+#[test]
+fn powers_of_two_change_no_digit() {
+    for shape in shapes() {
+        let one = mesh(&shape, DVec3::ZERO, 1.0);
+        for exponent in [-1000, -40, 40, 900] {
+            let scale = 2f64.powi(exponent);
+            let other = mesh(&shape, DVec3::ZERO, scale);
+            assert!(one.points.iter().zip(&other.points).all(|(p, q)| *p * scale == *q), "2^{exponent}");
+            assert!(one.tets == other.tets && one.boundary == other.boundary, "2^{exponent}");
+        }
+    }
+}
+
+#[test]
+fn any_scale_gives_the_same_mesh() {
+    let [smooth, creased] = shapes();
+    let (one, one_creased) = (mesh(&smooth, DVec3::ZERO, 1.0), mesh(&creased, DVec3::ZERO, 1.0));
+    for scale in [1e-12, 3e-7, 0.7, 1e5, 1e12] {
+        let other = mesh(&smooth, DVec3::ZERO, scale);
+        assert_eq!(tets(&one), tets(&other), "{scale}");
+        let apart = difference(&one, &other, DVec3::ZERO, scale);
+        assert!(apart < 1e-13, "{scale}: {apart}");
+        // On creases rounding decides which of two stretches as long is split first.
+        assert_alike(&one_creased, &mesh(&creased, DVec3::ZERO, scale), scale, &scale.to_string());
+    }
+}
+
+#[test]
+fn any_offset_gives_the_same_mesh_as_far_as_its_digits_go() {
+    for shape in shapes() {
+        let one = mesh(&shape, DVec3::ZERO, 1.0);
+        for (scale, offset) in [(1.0, 1e3), (1e-12, -1e7), (1e12, 1e7), (0.3, 1e7)] {
+            let shift = DVec3::new(1.0, -0.7, 0.3) * offset * scale;
+            assert_alike(&one, &mesh(&shape, shift, scale), scale, &format!("{scale} {offset}"));
+        }
+    }
+}
