@@ -73,7 +73,7 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     if !stopped.is_interruption() && against_slivers > 0 {
         let last = relaxation.reduce_slivers(against_slivers, observer)?;
         stopped = if last.is_interruption() { last } else { stopped };
-        inside = refine::until_valid(&mut relaxation, surface, params, observer, true)?;
+        inside = refine::until_valid(&mut relaxation, surface, params, observer, last.is_interruption())?;
     }
     observer.triangulation(relaxation.delaunay(), surface);
 

@@ -26,7 +26,7 @@ const STUCK_ROUNDS: usize = 10;
 const POLISHED_ROUNDS: usize = 3;
 
 /// Rounds that also mend pits: seeds deep inside on the boundary, where two parts of the surface nearly touch.
-const PIT_ROUNDS: usize = 12;
+const PIT_ROUNDS: usize = 20;
 
 /// Rounds of insertion for the sake of the volume, and iterations after each.
 const FIDELITY_ROUNDS: usize = 3;

@@ -12,11 +12,9 @@ use super::{Delaunay, DelaunayError, Relocation};
 pub enum Method {
     /// All of the triangulation is tested and the little that has changed is mended, by flips.
     Bicell,
-    /// Bi-cells within a tolerance of what they were are passed over, others tested and flipped; all is built anew where
-    /// a tet is reversed (Zhou et al. 2010, as printed).
+    /// Zhou et al. 2010, as printed: a tolerance for each bi-cell; built anew where a tet is reversed.
     Paper,
-    /// Vertices within a tolerance of where they were are passed over, others moved in place or removed and inserted
-    /// (de Castro et al. 2009).
+    /// De Castro et al. 2009: a tolerance for each vertex; those beyond it are moved or inserted anew.
     Vertex,
     /// As bicell, with the predicate on every bi-cell: no filter.
     Check,
