@@ -37,7 +37,7 @@ pub fn are_held_as_they_are(points: &[DVec3]) -> bool {
             let size = x.abs();
             reach = if size > reach { size } else { reach };
             // False for NaN too.
-            fit &= (size >= LEAST) & (size <= COMFORT) | (size == 0.0);
+            fit &= (LEAST..=COMFORT).contains(&size) | (size == 0.0);
         }
     }
     fit && scale_for(reach) == 1.0

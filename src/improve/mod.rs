@@ -5,15 +5,15 @@
 //! tetrahedral mesh improvement*, Proceedings of the 16th International Meshing Roundtable, 2008,
 //! doi 10.1007/978-3-540-75103-8_1:
 //!
-//! 1. Worst first ([`floor`]): the best edge removal ([`flips`]) or multi-face removal ([`faces`]) around the tet, or else
-//!    a move of its corners ([`smooth`]).
+//! 1. Worst first (`floor.rs`): the best edge removal (`flips.rs`) or multi-face removal (`faces.rs`) around the tet, or else
+//!    a move of its corners (`smooth.rs`).
 //! 2. Polish: vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
 //! 3. Steps 1 and 2 again: the better average leaves fewer tets stuck.
-//! 4. For the few that are ([`endgame`]): splits and contractions of edges, each with its surroundings improved anew, kept if the
+//! 4. For the few that are (`endgame.rs`): splits and contractions of edges, each with its surroundings improved anew, kept if the
 //!    sum of cubed deficits falls; then the count of vertices is made right elsewhere.
 //!
 //! Departures: boundary edges are flipped and boundary vertices moved too, within a tight bound on the distance to the
-//! surface ([`ground`]); creases stay, and which part of the surface a facet stands for. No operation of theirs that changes the
+//! surface (`ground.rs`); creases stay, and which part of the surface a facet stands for. No operation of theirs that changes the
 //! count is used before step 4.
 //!
 //! Cost: that of the slivers, plus a constant number of passes over all vertices.

@@ -309,7 +309,6 @@ impl<'a> Relaxation<'a> {
             reversed: step.reversed + relocation.reversed,
             held_back: step.held_back + relocation.held_back,
             rebuilt: step.rebuilt || relocation.rebuilt,
-            ..Step::default()
         };
         Ok(Before { positions, anchors, state })
     }
