@@ -10,8 +10,7 @@ use crate::seeds::{InitialPoints, SeedKind};
 /// Reads all points of a mesh, with their point data `kind` where the file has it.
 ///
 /// # Errors
-/// [`Error::Read`] where the file cannot be read or parsed, or its points are not all vertices, as in the files of curved tets
-/// and of whole triangulations.
+/// [`Error::Read`] where the file cannot be read or parsed, or its points are not all vertices, as in the files of curved tets.
 pub fn read_initial(path: &Path) -> Result<InitialPoints, Error> {
     let bytes = bytes_of(path)?;
     parse(&bytes, path).map_err(|reason| Error::Read { path: path.to_owned(), reason })
@@ -39,8 +38,7 @@ fn parse(bytes: &[u8], path: &Path) -> Result<InitialPoints, String> {
         let added = array("seed")?.map_or(0, |seeds| seeds.values.iter().filter(|&&s| s < 0.0).count());
         if added > 0 {
             return Err(format!(
-                "{added} of its points are no vertices (their seed is -1): a mesh of straight tets is wanted, no \
-                 triangulation and no curved tets"
+                "{added} of its points are no vertices (their seed is -1): a mesh of straight tets is wanted"
             ));
         }
         initial.points.extend(points);
