@@ -99,7 +99,7 @@ pub mod io;
 pub mod cli;
 
 pub use error::Error;
-pub use mesher::tetrahedralize;
+pub use mesher::{tetrahedralize, tetrahedralize_from};
 pub use params::Params;
 pub use progress::Observer;
 pub use surface::Surface;

@@ -9,7 +9,7 @@ use crate::params::{Boundary, Params};
 use crate::progress::{Observer, Stage};
 use crate::refine;
 use crate::relax::{Relaxation, Stopped};
-use crate::seeds;
+use crate::seeds::{self, InitialPoints};
 use crate::surface::Surface;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
@@ -26,22 +26,57 @@ const LONGEST: f64 = 1e9;
 /// [`Error::Parameter`] for values that no run could honour, [`Error::TooFewSeeds`] where the count is too small for a
 /// valid mesh, [`Error::Interrupted`] where the observer stopped the run before there was a mesh.
 pub fn tetrahedralize(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Result<TetMesh, Error> {
+    run(surface, None, params, observer)
+}
+
+/// The same from the points of an earlier mesh, as many as `params` ask for: point i becomes vertex i, moved as little as a good
+/// mesh of a surface that moved allows.
+///
+/// The seeds stay near where they are: none is taken elsewhere to follow the surface closer, and the improvement neither
+/// splits nor contracts edges. Only where there would be no valid mesh a seed may still move far.
+///
+/// # Errors
+/// Those of [`tetrahedralize`]; [`Error::Parameter`] too where the points are no mesh of a surface near this one, or not as
+/// many as asked for.
+pub fn tetrahedralize_from(
+    surface: &Surface,
+    initial: &InitialPoints,
+    params: &Params,
+    observer: &mut dyn Observer,
+) -> Result<TetMesh, Error> {
+    run(surface, Some(initial), params, observer)
+}
+
+fn run(
+    surface: &Surface,
+    initial: Option<&InitialPoints>,
+    params: &Params,
+    observer: &mut dyn Observer,
+) -> Result<TetMesh, Error> {
     params.validate()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(params.threads)
         .build()
         .map_err(|e| Error::Parameter { option: "threads", reason: e.to_string() })?;
-    pool.install(|| mesh(surface, params, observer))
+    pool.install(|| mesh(surface, initial, params, observer))
 }
 
-fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Result<TetMesh, Error> {
+fn mesh(
+    surface: &Surface,
+    initial: Option<&InitialPoints>,
+    params: &Params,
+    observer: &mut dyn Observer,
+) -> Result<TetMesh, Error> {
     let deadline = params.time_limit.map(|s| Instant::now() + Duration::from_secs_f64(s.min(LONGEST)));
 
-    // 1. Seeds on corners, creases and the surface, and inside.
+    // 1. Seeds on corners, creases and the surface, and inside: new ones, or the points of an earlier mesh.
     observer.stage(Stage::Seeds);
     let started = Instant::now();
     let features = Features::find(surface, params.feature_angle);
-    let seeds = seeds::sample(surface, &features, params)?;
+    let seeds = match initial {
+        None => seeds::sample(surface, &features, params)?,
+        Some(initial) => seeds::initial::from_points(surface, &features, initial, params)?,
+    };
     let seeds_s = started.elapsed().as_secs_f64();
     observer.seeds(None, &seeds.positions, surface.frame());
 
@@ -53,7 +88,8 @@ fn mesh(surface: &Surface, params: &Params, observer: &mut dyn Observer) -> Resu
     observer.stage(Stage::Relax { iterations: params.iterations });
     let mut relaxation = Relaxation::new(surface, &features, params, seeds, deadline)?;
     let mut stopped = relaxation.run(iterations / 3, observer)?;
-    if params.boundary == Boundary::Conform && !stopped.is_interruption() && params.iterations > 0 {
+    let follows = params.boundary == Boundary::Conform && initial.is_none();
+    if follows && !stopped.is_interruption() && params.iterations > 0 {
         stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
     }
     if !stopped.is_interruption() {

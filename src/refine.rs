@@ -92,13 +92,16 @@ pub fn until_valid(
         let labels = extract::label(&sampling, relaxation.clipped());
         let labels = extract::mend(&sampling, labels);
         let mut defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
-        if round >= POLISHED_ROUNDS {
+        // Seeds known by their places are not sent away for what is only unsightly.
+        let keeps_places = relaxation.seeds().keep_places;
+        if round >= POLISHED_ROUNDS || keeps_places {
             let pits = round < PIT_ROUNDS;
             defects.retain(|d| d.kind.is_fatal() || (pits && extract::is_pit(&sampling, d)));
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
-        let splits = if round < CREASE_ROUNDS { splits(relaxation, &sampling, &labels) } else { Vec::new() };
+        let splits =
+            if round < CREASE_ROUNDS && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
         proposals.extend_from_slice(&splits);
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);

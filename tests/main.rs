@@ -57,6 +57,9 @@ mod relax;
 // Creases in the mesh.
 mod creases;
 
+// Meshes from the points of earlier ones.
+mod init;
+
 // From triangulation to mesh.
 mod extract;
 

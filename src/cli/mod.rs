@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::io::atomic::AtomicFile;
 use crate::io::npy::TrajectoryWriter;
 use crate::io::{self as files, MeshData, defects, load_surface};
-use crate::mesher::tetrahedralize;
+use crate::mesher::{tetrahedralize, tetrahedralize_from};
 use crate::progress::Observer;
 use crate::quality::TetQuality;
 use crate::report::{InputReport, MemoryReport, MeshReport, Report, TimeReport};
@@ -86,7 +86,10 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
         watcher.note(&warning);
     }
 
-    let result = tetrahedralize(&surface, &job.params, &mut watcher);
+    let result = match &job.initial {
+        None => tetrahedralize(&surface, &job.params, &mut watcher),
+        Some(initial) => tetrahedralize_from(&surface, initial, &job.params, &mut watcher),
+    };
     watcher.clear();
     let mesh = result?;
     let second_order = job.second_order.then(|| second_order(job, &mesh, &surface, &mut watcher));

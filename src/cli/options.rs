@@ -8,8 +8,13 @@ use clap::{ArgAction, Parser};
 use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
+use crate::io::read_initial;
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
+use crate::seeds::InitialPoints;
 use crate::surface::Mending;
+
+/// Iterations from the points of a mesh: after these the mesh of a surface that moved is as good as one from new seeds.
+const ITERATIONS_FROM_MESH: usize = 8;
 
 const AFTER_HELP: &str = "\
 Formats, by extension:
@@ -34,7 +39,9 @@ Examples:
   tetcvt part.obj --edge 2% -o out/part.vtu --surface out/part.vtp --json out/part.json
       edges of 2 % of the diagonal, files where you want them, and a report
   tetcvt part.obj -o part.msh --second-order --surface part.stl
-      curved tets for Gmsh, with groups for regions and patches, and the boundary as STL";
+      curved tets for Gmsh, with groups for regions and patches, and the boundary as STL
+  tetcvt frame2.obj --init frame1.vtu
+      the mesh of frame 1 carried over to frame 2 of a motion, vertex by vertex";
 
 /// Fills a closed triangle surface with tetrahedra, by a centroidal Voronoi tessellation.
 #[derive(Debug, Parser)]
@@ -68,13 +75,17 @@ pub(super) struct Options {
     #[arg(long, help_heading = "Seeds", default_value = "bcc")]
     start: Start,
 
+    /// Start from the points of a mesh, .vtu or .vtk: point i becomes vertex i; for a surface that moved a little
+    #[arg(long, value_name = "MESH", help_heading = "Seeds", conflicts_with_all = ["edge", "start"])]
+    init: Option<PathBuf>,
+
     /// How seeds move
     #[arg(long, help_heading = "Iterations", default_value = "lbfgs")]
     optimizer: Optimizer,
 
-    /// At most K iterations; 0 = only sample
-    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, default_value_t = 40, allow_negative_numbers = true)]
-    iterations: usize,
+    /// At most K iterations; 0 = only sample [default: 40; with --init 8]
+    #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, allow_negative_numbers = true)]
+    iterations: Option<usize>,
 
     /// Stop when the energy falls by less than T of itself in an iteration; 0 = never
     #[arg(long, value_name = "T", help_heading = "Iterations", default_value = "2e-5", allow_negative_numbers = true)]
@@ -200,6 +211,8 @@ pub(super) enum ReportTarget {
 /// A command line that makes sense.
 pub(super) struct Job {
     pub surface: PathBuf,
+    init: Option<PathBuf>,
+    pub initial: Option<InitialPoints>,
     pub mending: Mending,
     pub defects_file: PathBuf,
     pub params: Params,
@@ -219,7 +232,7 @@ pub(super) struct Job {
 impl Options {
     /// Refuses what no run could honour, before anything is computed.
     pub(super) fn into_job(self) -> Result<Job, Error> {
-        let params = self.params();
+        let mut params = self.params();
         params.validate()?;
         let stem = self.surface.file_stem().unwrap_or(self.surface.as_os_str()).to_owned();
         let default_name = |suffix: &str| {
@@ -255,8 +268,16 @@ impl Options {
         };
         let (trajectory, delaunay) = (self.trajectory, self.delaunay);
         let surface = self.surface;
+        let initial = self.init.as_deref().map(read_initial).transpose()?;
+        if let Some(initial) = &initial {
+            initial.validate()?;
+            params.target = agreed(initial.points.len(), self.seeds)?;
+            fits(&params, mesh_format, &mesh_file)?;
+        }
         let job = Job {
             surface,
+            init: self.init,
+            initial,
             mending,
             defects_file,
             params,
@@ -277,10 +298,11 @@ impl Options {
     }
 
     fn params(&self) -> Params {
+        let defaults = Params::default();
         let target = match (self.seeds, self.edge) {
             (Some(count), _) => Target::Count(count),
             (None, Some(edge)) => edge,
-            (None, None) => Params::default().target,
+            (None, None) => defaults.target,
         };
         Params {
             target,
@@ -289,7 +311,10 @@ impl Options {
             start: self.start,
             optimizer: self.optimizer,
             update: self.update,
-            iterations: self.iterations,
+            iterations: self.iterations.unwrap_or(match self.init {
+                None => defaults.iterations,
+                Some(_) => ITERATIONS_FROM_MESH,
+            }),
             tolerance: self.tolerance,
             improve: !self.no_improve,
             min_dihedral: self.min_dihedral,
@@ -326,6 +351,9 @@ impl Job {
             if atomic::same_file(path, &self.surface) {
                 return refuse(option, format!("{} is the surface itself", path.display()));
             }
+            if self.init.as_deref().is_some_and(|init| atomic::same_file(path, init)) {
+                return refuse(option, format!("{} is the mesh to start from", path.display()));
+            }
             if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| atomic::same_file(path, earlier)) {
                 return refuse(option, format!("{} is also the file of --{other}", path.display()));
             }
@@ -348,6 +376,16 @@ fn fits(params: &Params, format: MeshFormat, path: &Path) -> Result<(), Error> {
             refuse("output", reason)
         }
         _ => Ok(()),
+    }
+}
+
+/// The count of a mesh to start from, which `--seeds` may state but not change.
+fn agreed(points: usize, asked: Option<usize>) -> Result<Target, Error> {
+    match asked {
+        Some(n) if n != points => {
+            refuse("seeds", format!("the mesh of --init has {points} points, all of which become vertices, not {n}"))
+        }
+        _ => Ok(Target::Count(points)),
     }
 }
 

@@ -57,7 +57,12 @@ fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, t: u32) 
     let tet = complex.tets[t as usize];
     let least = complex.quality[t as usize];
     let deficit = complex.deficit();
-    for operation in [Operation::Flip, Operation::Contraction, Operation::Split] {
+    let operations: &[Operation] = if work.keeps_vertices {
+        &[Operation::Flip]
+    } else {
+        &[Operation::Flip, Operation::Contraction, Operation::Split]
+    };
+    for &operation in operations {
         for [i, j] in EDGES {
             for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
                 let mark = complex.mark();

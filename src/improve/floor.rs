@@ -19,6 +19,8 @@ pub(super) struct Worklist {
     trial: Change,
     smoother: Smoother,
     near: Vec<u32>,
+    /// Whether no vertex may be made or taken out, be it that the count comes out right.
+    pub(super) keeps_vertices: bool,
 }
 
 /// Orders qualities like numbers.

@@ -12,6 +12,8 @@
 //! 4. For the few that are (`endgame.rs`): splits and contractions of edges, each with its surroundings improved anew, kept if the
 //!    sum of cubed deficits falls; then the count of vertices is made right elsewhere.
 //!
+//! Where vertices are known by their numbers, step 4 has flips alone.
+//!
 //! Departures: boundary edges are flipped and boundary vertices moved too, within a tight bound on the distance to the
 //! surface (`ground.rs`); creases stay, and which part of the surface a facet stands for. No operation of theirs that changes the
 //! count is used before step 4.
@@ -89,6 +91,7 @@ pub fn improve(
     }
     complex.set_floor(params.min_dihedral.to_radians() + MARGIN);
     let mut work = Worklist::default();
+    work.keeps_vertices = seeds.keep_places;
     passes(&mut complex, &ground, &mut work, mesh.points.len(), observer);
     let improved = outcome::store(mesh, &complex, &ground, patch);
     match improved.check() {

@@ -4,6 +4,8 @@
 //! 1. Count: how many on creases, on the surface and inside (`counts`), thin walls included (`thickness`).
 //! 2. Creases (`curves`), then the surface between them (`surface_sampling`), then the interior (`interior`).
 //! 3. Number them along a Hilbert curve (`order`).
+//!
+//! Or else the points of an earlier mesh become the seeds (`initial`).
 
 use glam::DVec3;
 
@@ -18,6 +20,8 @@ use grid::CellGrid;
 use interior::Interior;
 use surface_sampling::BoundarySeed;
 
+pub use initial::InitialPoints;
+
 mod blocks;
 
 mod counts;
@@ -27,6 +31,8 @@ mod curves;
 mod elimination;
 
 mod grid;
+
+pub mod initial;
 
 mod interior;
 
@@ -95,7 +101,7 @@ impl Anchor {
     }
 }
 
-/// Seeds along a Hilbert curve, in the frame, on its grid; no two alike.
+/// Seeds in the frame, on its grid; no two alike. Those sampled are numbered along a Hilbert curve.
 #[derive(Clone, Debug)]
 pub struct Seeds {
     /// Positions.
@@ -107,6 +113,9 @@ pub struct Seeds {
     /// For each vertex of the surface, the spacing wanted there over [`Seeds::spacing`]: 1, or less where a wall or a
     /// gap is thin.
     pub relative_size: Vec<f64>,
+    /// Whether each seed is to stay where it is in the mesh, because somebody knows it by its number: no seed goes elsewhere
+    /// unless a valid mesh needs it.
+    pub keep_places: bool,
 }
 
 impl Seeds {
@@ -121,6 +130,7 @@ mod stream {
     pub(super) const THICKNESS: u64 = 1;
     pub(super) const SURFACE: u64 = 2;
     pub(super) const INTERIOR: u64 = 3;
+    pub(super) const INITIAL: u64 = 4;
 }
 
 /// Seeds of creases nearer than so many spacings to a corner or another such seed are one too many.
@@ -163,7 +173,7 @@ fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).chain(inside).collect();
         debug_assert_eq!(positions.len(), count);
         let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-        return Ok(Seeds { positions, anchors, spacing: plan.spacing, relative_size });
+        return Ok(Seeds { positions, anchors, spacing: plan.spacing, relative_size, keep_places: false });
     }
 }
 
@@ -252,6 +262,13 @@ fn boundary_seeds(
     (demand, plan): (&Demand, &Plan),
     random_seed: u64,
 ) -> Vec<BoundarySeed> {
+    let (mut seeds, dropped) = line_seeds(surface, features, (demand, plan));
+    surface_sampling::add_surface_seeds(surface, features, (demand, plan), dropped, random_seed, &mut seeds);
+    seeds
+}
+
+/// Seeds on corners and creases, and how many of the plan's were one too many.
+fn line_seeds(surface: &Surface, features: &Features, (demand, plan): (&Demand, &Plan)) -> (Vec<BoundarySeed>, usize) {
     let on_corner = |&v: &u32| BoundarySeed {
         position: surface.points()[v as usize],
         anchor: Anchor::Corner { vertex: v },
@@ -265,8 +282,7 @@ fn boundary_seeds(
         seeds.extend(curves::place(surface, curve, i, knots, spacing));
     }
     let dropped = drop_crowded(demand, plan, &mut seeds);
-    surface_sampling::add_surface_seeds(surface, features, (demand, plan), dropped, random_seed, &mut seeds);
-    seeds
+    (seeds, dropped)
 }
 
 /// Takes out seeds of creases that crowd a corner or another crease's seed, and says how many. Creases keep the least
@@ -319,5 +335,6 @@ fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
         });
     }
     let anchors = vec![Anchor::Interior; count];
-    Ok(Seeds { positions, anchors, spacing, relative_size: vec![1.0; surface.points().len()] })
+    let relative_size = vec![1.0; surface.points().len()];
+    Ok(Seeds { positions, anchors, spacing, relative_size, keep_places: false })
 }

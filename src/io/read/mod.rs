@@ -17,6 +17,8 @@ use crate::surface::{Mending, Surface, note_count};
 
 mod gltf;
 
+mod initial;
+
 mod obj;
 
 mod off;
@@ -34,6 +36,8 @@ mod vtk_pieces;
 mod vtk_xml;
 
 mod words;
+
+pub use initial::read_initial;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,12 +65,15 @@ pub fn read(path: &Path) -> Result<Surface, Error> {
 /// # Errors
 /// [`Error::Read`], with the line or the element.
 pub fn load(path: &Path) -> Result<Soup, Error> {
+    parse(&bytes_of(path)?, path).map_err(|reason| Error::Read { path: path.to_owned(), reason })
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, Error> {
     let fail = |reason: String| Error::Read { path: path.to_owned(), reason };
     if path.is_dir() {
         return Err(fail("it is a folder".into()));
     }
-    let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
-    parse(&bytes, path).map_err(fail)
+    std::fs::read(path).map_err(|e| fail(e.to_string()))
 }
 
 /// Reads the bytes of a file; `path` is asked for its extension where they do not tell their format, and for the folder

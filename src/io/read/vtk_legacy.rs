@@ -6,11 +6,16 @@
 use glam::DVec3;
 
 use super::Soup;
-use super::vtk_pieces::{self, CellArray, Cells, Kinds, POLYGON, Piece, TRIANGLE_STRIP, VERTEX};
+use super::vtk_pieces::{self, Cells, DataArray, Kinds, POLYGON, Piece, TRIANGLE_STRIP, VERTEX};
 use super::words::{Words, quoted};
 
 /// Parses the bytes of a legacy file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, String> {
+    vtk_pieces::assemble(vec![parse_piece(bytes)?])
+}
+
+/// Parses them without making faces of the cells.
+pub(super) fn parse_piece(bytes: &[u8]) -> Result<Piece, String> {
     let mut file = File { words: Words::new(bytes), binary: false };
     let version = file.words.rest_of_line().to_ascii_lowercase();
     if !version.starts_with(b"# vtk datafile version") {
@@ -75,18 +80,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, String> {
             }
             other => {
                 let (cells, count) = on_cells.unwrap_or((false, 0));
-                for array in file.attribute(other, count).map_err(at)? {
-                    if cells {
-                        piece.arrays.push(array);
-                    }
-                }
+                let arrays = file.attribute(other, count).map_err(at)?;
+                if cells { &mut piece.arrays } else { &mut piece.point_arrays }.extend(arrays);
             }
         }
     }
     if let (Some(cells), Some(kinds)) = (grid.cells, grid.kinds) {
         piece.cells.push((Kinds::Each(kinds), cells));
     }
-    vtk_pieces::assemble(vec![piece])
+    Ok(piece)
 }
 
 /// Cells and types of an unstructured grid.
@@ -201,11 +203,11 @@ impl File<'_> {
     }
 
     /// Reads an attribute of points or cells, of which there are `count`; returns what has one number for each.
-    fn attribute(&mut self, keyword: &[u8], count: usize) -> Result<Vec<CellArray>, String> {
+    fn attribute(&mut self, keyword: &[u8], count: usize) -> Result<Vec<DataArray>, String> {
         let mut arrays = vec![];
         let mut keep = |name: &[u8], kind: Kind, values: Vec<f64>| {
             let name = String::from_utf8_lossy(name).into_owned();
-            arrays.push(CellArray { name, is_integer: matches!(kind, Kind::Integer { .. }), values });
+            arrays.push(DataArray { name, is_integer: matches!(kind, Kind::Integer { .. }), values });
         };
         let fixed = match keyword {
             b"VECTORS" | b"NORMALS" => Some(3),

@@ -56,8 +56,8 @@ impl Cells {
     }
 }
 
-/// Numbers on cells: one per cell.
-pub struct CellArray {
+/// Numbers on cells or points: one for each.
+pub struct DataArray {
     pub name: String,
     pub is_integer: bool,
     pub values: Vec<f64>,
@@ -69,7 +69,9 @@ pub struct Piece {
     pub points: Vec<DVec3>,
     pub cells: Vec<(Kinds, Cells)>,
     /// Numbers on all of the cells, in the order of `cells`.
-    pub arrays: Vec<CellArray>,
+    pub arrays: Vec<DataArray>,
+    /// Numbers on all of the points.
+    pub point_arrays: Vec<DataArray>,
 }
 
 /// The types of a list of cells.
@@ -144,7 +146,7 @@ fn add(builder: &mut Builder, kind: f64, corners: &[usize], patch: u32) -> Resul
 
 /// The numbers that tell patches: those with a name that says so, or else the only whole ones, unless they are a number
 /// for each face.
-fn patch_array(arrays: &[CellArray], cells: usize) -> Option<&CellArray> {
+fn patch_array(arrays: &[DataArray], cells: usize) -> Option<&DataArray> {
     let fitting = || arrays.iter().filter(|a| a.values.len() == cells);
     let named = fitting().filter_map(|a| Some((patch_rank(&a.name)?, a))).min_by_key(|(rank, _)| *rank);
     if let Some((_, array)) = named {

@@ -12,37 +12,23 @@ use glam::DVec3;
 use quick_xml::events::{BytesStart, Event};
 
 use super::Soup;
-use super::vtk_pieces::{self, CellArray, Cells, Kinds, POLYGON, Piece, TRIANGLE_STRIP, VERTEX};
+use super::vtk_pieces::{self, Cells, DataArray, Kinds, POLYGON, Piece, TRIANGLE_STRIP, VERTEX};
 use super::words::Words;
 
 /// Parses the bytes of an XML file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, String> {
     let (markup, appended) = split(bytes);
-    let mut reader = quick_xml::Reader::from_reader(markup);
-    reader.config_mut().check_end_names = false;
-    let mut document = Document::default();
-    loop {
-        let at = reader.buffer_position();
-        let line = || 1 + markup[..(at as usize).min(markup.len())].iter().filter(|&&b| b == b'\n').count();
-        let place = |e: String| format!("line {}: {e}", line());
-        match reader.read_event() {
-            Ok(Event::Start(tag)) => document.open(&tag, line).map_err(place)?,
-            Ok(Event::Empty(tag)) => {
-                document.open(&tag, line).map_err(place)?;
-                document.close(tag.name().as_ref());
-            }
-            Ok(Event::End(tag)) => document.close(tag.name().as_ref()),
-            Ok(Event::Text(text)) => document.text(&text),
-            Ok(Event::Eof) => break,
-            Ok(_) => {}
-            Err(error) => return Err(place(format!("the markup is broken: {error}"))),
-        }
-    }
-    document.ends_of_appended();
+    let document = Document::of(markup)?;
     let pieces = document.pieces.iter().map(|piece| document.decode(piece, appended)).collect::<Result<_, _>>()?;
     vtk_pieces::assemble(pieces)
 }
 
+/// Parses the points alone, with the numbers on them.
+pub(super) fn parse_points(bytes: &[u8]) -> Result<Vec<Piece>, String> {
+    let (markup, appended) = split(bytes);
+    let document = Document::of(markup)?;
+    document.pieces.iter().map(|piece| document.decode_points(piece, appended)).collect()
+}
 /// The markup, and what is appended to it: the bytes behind the underscore, which are no XML.
 fn split(bytes: &[u8]) -> (&[u8], &[u8]) {
     const TAG: &[u8] = b"<AppendedData";
@@ -103,6 +89,32 @@ struct Document {
 }
 
 impl Document {
+    /// What the markup of a file says.
+    fn of(markup: &[u8]) -> Result<Document, String> {
+        let mut reader = quick_xml::Reader::from_reader(markup);
+        reader.config_mut().check_end_names = false;
+        let mut document = Document::default();
+        loop {
+            let at = reader.buffer_position();
+            let line = || 1 + markup[..(at as usize).min(markup.len())].iter().filter(|&&b| b == b'\n').count();
+            let place = |e: String| format!("line {}: {e}", line());
+            match reader.read_event() {
+                Ok(Event::Start(tag)) => document.open(&tag, line).map_err(place)?,
+                Ok(Event::Empty(tag)) => {
+                    document.open(&tag, line).map_err(place)?;
+                    document.close(tag.name().as_ref());
+                }
+                Ok(Event::End(tag)) => document.close(tag.name().as_ref()),
+                Ok(Event::Text(text)) => document.text(&text),
+                Ok(Event::Eof) => break,
+                Ok(_) => {}
+                Err(error) => return Err(place(format!("the markup is broken: {error}"))),
+            }
+        }
+        document.ends_of_appended();
+        Ok(document)
+    }
+
     fn open(&mut self, tag: &BytesStart, line: impl Fn() -> usize) -> Result<(), String> {
         let attribute = |name: &str| -> Result<Option<String>, String> {
             let found = tag.try_get_attribute(name).map_err(|e| e.to_string())?;
@@ -193,20 +205,41 @@ impl Document {
         }
     }
 
-    fn decode(&self, arrays: &[Array], appended: &[u8]) -> Result<Piece, String> {
-        let numbers = |array: &Array| {
-            self.numbers(array, appended).map_err(|e| format!("array {:?} at line {}: {e}", array.name, array.line))
-        };
-        let of = |section: &[u8], name: &str| -> Result<Option<Vec<f64>>, String> {
-            arrays.iter().find(|a| a.section == section && a.name == name).map(&numbers).transpose()
-        };
-        let mut piece = Piece::default();
-        if let Some(points) = arrays.iter().find(|a| a.section == b"Points") {
-            if points.components != 3 {
-                return Err(format!("its points have {} coordinates, not 3", points.components));
-            }
-            piece.points = numbers(points)?.chunks_exact(3).map(DVec3::from_slice).collect();
+    fn points(&self, arrays: &[Array], appended: &[u8]) -> Result<Vec<DVec3>, String> {
+        let Some(points) = arrays.iter().find(|a| a.section == b"Points") else { return Ok(vec![]) };
+        if points.components != 3 {
+            return Err(format!("its points have {} coordinates, not 3", points.components));
         }
+        Ok(self.named_numbers(points, appended)?.chunks_exact(3).map(DVec3::from_slice).collect())
+    }
+
+    fn decode_points(&self, arrays: &[Array], appended: &[u8]) -> Result<Piece, String> {
+        let mut piece = Piece { points: self.points(arrays, appended)?, ..Piece::default() };
+        piece.point_arrays = self.single_numbers(b"PointData", arrays, appended)?;
+        Ok(piece)
+    }
+
+    /// The arrays of a section that have one number for each item.
+    fn single_numbers(&self, section: &[u8], arrays: &[Array], appended: &[u8]) -> Result<Vec<DataArray>, String> {
+        let single = |a: &&Array| a.section == section && a.components == 1 && a.kind != Type::Other;
+        let decode = |array: &Array| {
+            let is_integer = matches!(array.kind, Type::Integer { .. });
+            let values = self.named_numbers(array, appended)?;
+            Ok(DataArray { name: array.name.clone(), is_integer, values })
+        };
+        arrays.iter().filter(single).map(decode).collect()
+    }
+
+    fn named_numbers(&self, array: &Array, appended: &[u8]) -> Result<Vec<f64>, String> {
+        self.numbers(array, appended).map_err(|e| format!("array {:?} at line {}: {e}", array.name, array.line))
+    }
+
+    fn decode(&self, arrays: &[Array], appended: &[u8]) -> Result<Piece, String> {
+        let of = |section: &[u8], name: &str| -> Result<Option<Vec<f64>>, String> {
+            let found = arrays.iter().find(|a| a.section == section && a.name == name);
+            found.map(|a| self.named_numbers(a, appended)).transpose()
+        };
+        let mut piece = Piece { points: self.points(arrays, appended)?, ..Piece::default() };
         // The order in which VTK counts cells.
         for (section, kind) in [("Verts", VERTEX), ("Lines", VERTEX), ("Polys", POLYGON), ("Strips", TRIANGLE_STRIP)] {
             if let Some(offsets) = of(section.as_bytes(), "offsets")? {
@@ -225,10 +258,7 @@ impl Document {
             let corners = of(b"Cells", "connectivity")?.unwrap_or_default();
             piece.cells.push((Kinds::Each(types), Cells::of_offsets(corners, &offsets, "Cells")?));
         }
-        for array in arrays.iter().filter(|a| a.section == b"CellData" && a.components == 1 && a.kind != Type::Other) {
-            let is_integer = matches!(array.kind, Type::Integer { .. });
-            piece.arrays.push(CellArray { name: array.name.clone(), is_integer, values: numbers(array)? });
-        }
+        piece.arrays = self.single_numbers(b"CellData", arrays, appended)?;
         Ok(piece)
     }
 
