@@ -138,6 +138,7 @@ fn on_surface(surface: &Surface, count: usize) -> Seeds {
     // An even spacing: each seed owns a hexagon.
     let spacing = (surface.area() / count as f64 / 0.75f64.sqrt()).sqrt();
     Seeds {
+        keep_places: false,
         positions: order.iter().map(|&i| drawn[i as usize].0).collect(),
         anchors: order.iter().map(|&i| Anchor::Surface { triangle: drawn[i as usize].1 }).collect(),
         spacing,
