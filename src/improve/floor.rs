@@ -31,6 +31,27 @@ impl Worklist {
     /// Works off all tets below the floor.
     pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground) {
         self.fill(complex);
+        self.work_off(complex, ground);
+    }
+
+    /// Works off the tets below the floor among those within `rings` of the tets `from`.
+    pub(super) fn run_around(&mut self, complex: &mut Complex, ground: &Ground, from: &[u32], rings: usize) {
+        self.heap.clear();
+        self.near.clear();
+        self.near.extend(from.iter().flat_map(|&t| complex.tets[t as usize]));
+        for _ in 1..rings {
+            self.near.sort_unstable();
+            self.near.dedup();
+            for k in 0..self.near.len() {
+                let star = complex.star(self.near[k]);
+                self.near.extend(star.iter().flat_map(|&t| complex.tets[t as usize]));
+            }
+        }
+        self.push_around(complex);
+        self.work_off(complex, ground);
+    }
+
+    fn work_off(&mut self, complex: &mut Complex, ground: &Ground) {
         while let Some(t) = self.next(complex) {
             if self.treat(complex, ground, t) {
                 complex.commit();

@@ -39,6 +39,8 @@ mod flips;
 
 mod floor;
 
+mod follow;
+
 mod ground;
 
 mod measure;
@@ -63,7 +65,11 @@ const ENDGAME_SHARE: f64 = 0.001;
 const ENDGAME_LEAST: usize = 100;
 
 /// Times that the endgame is played, with a polish between.
-const ENDGAMES: usize = 2;
+const ENDGAMES: usize = 4;
+
+/// Before the endgame, tets within so many rings of those left are brought to a floor that is higher by this (radians).
+const LIFT_RINGS: usize = 3;
+const LIFT: f64 = 0.06;
 
 /// The floor is raised by so much, so that rounding does not bring an angle below it (radians).
 const MARGIN: f64 = 1e-6;
@@ -120,12 +126,19 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     let loose = &ground.loosened(&complex.facets);
     work.run(complex, loose);
     // 4.
+    let before = complex.clone();
+    follow::run(complex, ground, work);
+    if !endgame::restore_count(complex, ground, work, count) {
+        *complex = before;
+    }
+    // 5.
     let most = ((complex.tets.len() as f64 * ENDGAME_SHARE) as usize).max(ENDGAME_LEAST);
     for _ in 0..ENDGAMES {
         if !goes_on(complex) {
             return;
         }
         let before = complex.clone();
+        lift(complex, loose, work);
         endgame::run(complex, loose, work, most);
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
@@ -136,4 +149,13 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         work.run(complex, loose);
     }
     goes_on(complex);
+}
+
+/// Brings the surroundings of the tets below the floor over a higher one, which may make room.
+fn lift(complex: &mut Complex, ground: &Ground, work: &mut Worklist) {
+    let floor = complex.floor();
+    let left = endgame::left(complex);
+    complex.set_floor(floor + LIFT);
+    work.run_around(complex, ground, &left, LIFT_RINGS);
+    complex.set_floor(floor);
 }
