@@ -8,7 +8,7 @@ use super::complex::{Complex, Mark};
 use super::faces::remove_faces;
 use super::flips::remove_edge;
 use super::ground::Ground;
-use super::smooth::{LEAST_GAIN, Smoother};
+use super::smooth::{Smoother, least_gain};
 use crate::geometry::tetrahedron::EDGES;
 
 /// The tets below the floor, worst first, and the buffers of the operations.
@@ -19,6 +19,8 @@ pub(super) struct Worklist {
     trial: Change,
     smoother: Smoother,
     near: Vec<u32>,
+    /// Tets that may yet be treated.
+    left: usize,
 }
 
 /// Orders qualities like numbers.
@@ -28,30 +30,14 @@ fn key(quality: f64) -> u64 {
 }
 
 impl Worklist {
+    /// A list that treats so many tets at most, in all.
+    pub(super) fn new(most: usize) -> Worklist {
+        Worklist { left: most, ..Worklist::default() }
+    }
+
     /// Works off all tets below the floor.
     pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground) {
         self.fill(complex);
-        self.work_off(complex, ground);
-    }
-
-    /// Works off the tets below the floor among those within `rings` of the tets `from`.
-    pub(super) fn run_around(&mut self, complex: &mut Complex, ground: &Ground, from: &[u32], rings: usize) {
-        self.heap.clear();
-        self.near.clear();
-        self.near.extend(from.iter().flat_map(|&t| complex.tets[t as usize]));
-        for _ in 1..rings {
-            self.near.sort_unstable();
-            self.near.dedup();
-            for k in 0..self.near.len() {
-                let star = complex.star(self.near[k]);
-                self.near.extend(star.iter().flat_map(|&t| complex.tets[t as usize]));
-            }
-        }
-        self.push_around(complex);
-        self.work_off(complex, ground);
-    }
-
-    fn work_off(&mut self, complex: &mut Complex, ground: &Ground) {
         while let Some(t) = self.next(complex) {
             if self.treat(complex, ground, t) {
                 complex.commit();
@@ -128,6 +114,10 @@ impl Worklist {
     /// Improves the neighbourhood of one tet; whether that went.
     fn treat(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         self.near.clear();
+        if self.left == 0 {
+            return false;
+        }
+        self.left -= 1;
         if self.flip(complex, ground, t) || self.smooth(complex, ground, t) {
             self.push_around(complex);
             return true;
@@ -138,7 +128,8 @@ impl Worklist {
     /// The best of the flips that take tet `t` away.
     fn flip(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         let tet = complex.tets[t as usize];
-        let mut least = complex.quality[t as usize] + LEAST_GAIN;
+        let mut least = complex.quality[t as usize];
+        least += least_gain(least, complex.floor());
         let mut found = false;
         let mut keep = |list: &mut (&mut Change, &mut Change), least: &mut f64| {
             *least = list.1.worst;

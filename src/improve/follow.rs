@@ -10,12 +10,11 @@ use rayon::prelude::*;
 
 use super::change::Change;
 use super::complex::{Complex, Facet, Mark, NONE};
-use super::endgame::{TREATED, WORSE};
+use super::endgame::WORSE;
 use super::flips::remove_edge;
 use super::floor::Worklist;
 use super::ground::Ground;
 use super::resize::split;
-use crate::geometry::triangle;
 
 /// Places that stray by less than this share of the surface's diagonal are well.
 const CLOSE: f64 = 2.2e-3;
@@ -26,8 +25,11 @@ const KEPT: f64 = 0.75;
 /// At most this share of the vertices is added: a coarse mesh is coarse everywhere.
 const MOST: f64 = 0.005;
 
-/// What the sum of cubed deficits may grow by for the endgame to mend: that of one tet that lacks this (radians).
-const LACK: f64 = 0.05;
+/// What a tet may lack to the floor for the endgame to mend (radians).
+const LACK: f64 = 0.035;
+
+/// Tets treated after a flip or split before it is judged.
+const TREATED: usize = 32;
 
 /// Works off the places that stray most.
 pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist) {
@@ -42,8 +44,8 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist) {
             continue;
         }
         let before = before.min(strays_around(complex, ground, [a, b]));
-        if before > close && !draw_in(complex, ground, work, ([a, b], before)) {
-            continue;
+        if before > close {
+            draw_in(complex, ground, work, ([a, b], before));
         }
     }
 }
@@ -92,15 +94,20 @@ fn strays_since(complex: &Complex, ground: &Ground, mark: Mark) -> f64 {
     let mut most = 0.0_f64;
     for f in complex.facets_since(mark) {
         let Facet { vertices: [a, b, c], stray, .. } = complex.facets[f as usize];
-        most = [[a, b], [b, c], [c, a]].into_iter().map(|e| edge_stray(complex, ground, e)).fold(most.max(stray), f64::max);
+        most = [[a, b], [b, c], [c, a]]
+            .into_iter()
+            .map(|e| edge_stray(complex, ground, e))
+            .fold(most.max(stray), f64::max);
     }
     most
 }
 
-/// Steps 2 and 3 at an edge; whether something was kept.
-fn draw_in(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (edge, before): ([u32; 2], f64)) -> bool {
+/// Steps 2 and 3 at an edge.
+fn draw_in(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (edge, before): ([u32; 2], f64)) {
     let mut change = Change::default();
     let deficit = complex.deficit() + LACK * LACK * LACK;
+    let around = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
+    let least = around.fold(complex.floor() - LACK, f64::min) - 1e-9;
     for flip in [true, false] {
         let mark = complex.mark();
         let done = if flip {
@@ -112,14 +119,14 @@ fn draw_in(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (edge, b
         } else {
             split(complex, ground, edge, &mut change).is_some()
         };
-        if done {
-            work.work_since(complex, ground, mark, (TREATED, 0.0));
-            if complex.deficit() <= deficit && strays_since(complex, ground, mark) <= KEPT * before {
-                complex.commit();
-                return true;
-            }
+        if done
+            && work.work_since(complex, ground, mark, (TREATED, least))
+            && complex.deficit() <= deficit
+            && strays_since(complex, ground, mark) <= KEPT * before
+        {
+            complex.commit();
+            return;
         }
         complex.rollback(mark);
     }
-    false
 }
