@@ -105,19 +105,21 @@ fn strays_since(complex: &Complex, ground: &Ground, mark: Mark) -> f64 {
 /// Steps 2 and 3 at an edge.
 fn draw_in(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (edge, before): ([u32; 2], f64)) {
     let mut change = Change::default();
+    // Facets beside a ridge may stray more than they did, if the ridge comes closer.
+    let wide = &ground.within(KEPT * before);
     let deficit = complex.deficit() + LACK * LACK * LACK;
     let around = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
     let least = around.fold(complex.floor() - LACK, f64::min) - 1e-9;
     for flip in [true, false] {
         let mark = complex.mark();
         let done = if flip {
-            let possible = remove_edge(complex, ground, edge, WORSE, &mut change);
+            let possible = remove_edge(complex, wide, edge, WORSE, &mut change);
             if possible {
                 change.apply(complex);
             }
             possible
         } else {
-            split(complex, ground, edge, &mut change).is_some()
+            split(complex, wide, edge, &mut change).is_some()
         };
         if done
             && work.work_since(complex, ground, mark, (TREATED, least))
