@@ -62,14 +62,7 @@ fn models_reach_the_floor_and_keep_what_they_had() {
             let away = surface.tree().closest(p).distance2.sqrt();
             assert!(away < 1e-14, "{name}: a vertex of kind {kind:?} is {away} away from the surface");
         }
-        // Where corners were let off, details of the scan are lost.
-        let factor = if name == "bunny" { 1.8 } else { 1.15 };
-        assert!(
-            fine.hausdorff < factor * rough.hausdorff + 1e-9,
-            "{name}: {} from {}",
-            fine.hausdorff,
-            rough.hausdorff
-        );
+        assert!(fine.hausdorff < 1.15 * rough.hausdorff + 1e-9, "{name}: {} from {}", fine.hausdorff, rough.hausdorff);
         assert!(fine.volume_error.abs() < rough.volume_error.abs() + 5e-4, "{name}: {}", fine.volume_error);
         if ["cube", "thin_plate"].contains(&name) {
             assert!(fine.volume_error.abs() < 1e-12, "{name}: {}", fine.volume_error);

@@ -362,6 +362,15 @@ impl Complex {
         slots.filter(|&t| self.is_alive(t))
     }
 
+    /// The facets that were added or changed since `mark` and are still there, some of them repeatedly.
+    pub(super) fn facets_since(&self, mark: Mark) -> impl Iterator<Item = u32> {
+        let slots = self.log[mark.entries..].iter().filter_map(|undo| match *undo {
+            Undo::AddedFacet(f, _) | Undo::Strayed(f, _) => Some(f),
+            _ => None,
+        });
+        slots.filter(|&f| self.facets[f as usize].vertices[0] != NONE)
+    }
+
     fn undo(&mut self, undo: Undo) {
         const FREED_LAST: &str = "changes are taken back in the order opposite to theirs: this is a bug in tetcvt";
         match undo {

@@ -9,10 +9,10 @@ use super::resize::{contract, split};
 use crate::geometry::tetrahedron::EDGES;
 
 /// Tets treated after a split or contraction before it is judged.
-const TREATED: usize = 16;
+pub(super) const TREATED: usize = 16;
 
 /// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
-const WORSE: f64 = 0.05;
+pub(super) const WORSE: f64 = 0.05;
 
 /// Tries flips, contractions and splits around the tets that are left, `most` times at most, until none helps.
 pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, most: usize) {

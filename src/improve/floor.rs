@@ -8,7 +8,7 @@ use super::complex::{Complex, Mark};
 use super::faces::remove_faces;
 use super::flips::remove_edge;
 use super::ground::Ground;
-use super::smooth::{LEAST_GAIN, Smoother};
+use super::smooth::{Smoother, least_gain};
 use crate::geometry::tetrahedron::EDGES;
 
 /// The tets below the floor, worst first, and the buffers of the operations.
@@ -21,6 +21,8 @@ pub(super) struct Worklist {
     near: Vec<u32>,
     /// Whether no vertex may be made or taken out, be it that the count comes out right.
     pub(super) keeps_vertices: bool,
+    /// Tets that may yet be treated.
+    left: usize,
 }
 
 /// Orders qualities like numbers.
@@ -30,6 +32,11 @@ fn key(quality: f64) -> u64 {
 }
 
 impl Worklist {
+    /// A list that treats so many tets at most, in all.
+    pub(super) fn new(most: usize) -> Worklist {
+        Worklist { left: most, ..Worklist::default() }
+    }
+
     /// Works off all tets below the floor.
     pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground) {
         self.fill(complex);
@@ -109,6 +116,10 @@ impl Worklist {
     /// Improves the neighbourhood of one tet; whether that went.
     fn treat(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         self.near.clear();
+        if self.left == 0 {
+            return false;
+        }
+        self.left -= 1;
         if self.flip(complex, ground, t) || self.smooth(complex, ground, t) {
             self.push_around(complex);
             return true;
@@ -119,7 +130,8 @@ impl Worklist {
     /// The best of the flips that take tet `t` away.
     fn flip(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         let tet = complex.tets[t as usize];
-        let mut least = complex.quality[t as usize] + LEAST_GAIN;
+        let mut least = complex.quality[t as usize];
+        least += least_gain(least, complex.floor());
         let mut found = false;
         let mut keep = |list: &mut (&mut Change, &mut Change), least: &mut f64| {
             *least = list.1.worst;

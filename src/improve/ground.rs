@@ -72,6 +72,11 @@ impl<'a> Ground<'a> {
         Ground { limit: self.limit.max(usual.copied().unwrap_or(0.0)), ..*self }
     }
 
+    /// The same, where facets may stray by `limit`.
+    pub(super) fn within(&self, limit: f64) -> Ground<'a> {
+        Ground { limit: self.limit.max(limit), ..*self }
+    }
+
     /// How far a facet strays: the distance of its centroid to the surface.
     pub(super) fn stray(&self, [a, b, c]: [DVec3; 3]) -> f64 {
         self.surface.tree().closest(triangle::centroid(a, b, c)).distance2.sqrt()

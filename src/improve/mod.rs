@@ -9,14 +9,15 @@
 //!    a move of its corners (`smooth.rs`).
 //! 2. Polish: vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
 //! 3. Steps 1 and 2 again: the better average leaves fewer tets stuck.
-//! 4. For the few that are (`endgame.rs`): splits and contractions of edges, each with its surroundings improved anew, kept if the
-//!    sum of cubed deficits falls; then the count of vertices is made right elsewhere.
+//! 4. The boundary is brought closer to the surface where it strays most (`follow.rs`).
+//! 5. For the few tets that are stuck (`endgame.rs`): splits and contractions of edges, each with its surroundings improved
+//!    anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
 //!
-//! Where vertices are known by their numbers, step 4 has flips alone.
+//! Where vertices are known by their numbers, steps 4 and 5 have flips alone.
 //!
 //! Departures: boundary edges are flipped and boundary vertices moved too, within a tight bound on the distance to the
 //! surface (`ground.rs`); creases stay, and which part of the surface a facet stands for. No operation of theirs that changes the
-//! count is used before step 4.
+//! count is used before step 4, and the count is made right after it.
 //!
 //! Cost: that of the slivers, plus a constant number of passes over all vertices.
 
@@ -41,6 +42,8 @@ mod flips;
 
 mod floor;
 
+mod follow;
+
 mod ground;
 
 mod measure;
@@ -61,11 +64,14 @@ use ground::Ground;
 const POLISH_ROUNDS: usize = 2;
 
 /// Tets that the endgame tries at most: a share of all, and not fewer than these.
-const ENDGAME_SHARE: f64 = 0.001;
-const ENDGAME_LEAST: usize = 100;
+const ENDGAME_SHARE: f64 = 0.004;
+const ENDGAME_LEAST: usize = 200;
 
 /// Times that the endgame is played, with a polish between.
-const ENDGAMES: usize = 2;
+const ENDGAMES: usize = 4;
+
+/// Tets treated in all, over the mesh's: far more than are needed, but where walls are thinner than the spacing.
+const TREATED: usize = 4;
 
 /// The floor is raised by so much, so that rounding does not bring an angle below it (radians).
 const MARGIN: f64 = 1e-6;
@@ -90,7 +96,7 @@ pub fn improve(
         bind::settle(&mut complex, &ground, &mesh.kinds);
     }
     complex.set_floor(params.min_dihedral.to_radians() + MARGIN);
-    let mut work = Worklist::default();
+    let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
     passes(&mut complex, &ground, &mut work, mesh.points.len(), observer);
     let improved = outcome::store(mesh, &complex, &ground, patch);
@@ -104,7 +110,7 @@ pub fn improve(
     }
 }
 
-/// Steps 1 to 4, as far as the observer lets them go.
+/// Steps 1 to 5, as far as the observer lets them go.
 fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize, observer: &mut dyn Observer) {
     let mut goes_on = |complex: &Complex| observer.improving(endgame::left(complex).len()) == Flow::Continue;
     // 1.
@@ -123,10 +129,19 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     let loose = &ground.loosened(&complex.facets);
     work.run(complex, loose);
     // 4.
+    let before = complex.clone();
+    follow::run(complex, ground, work);
+    if !endgame::restore_count(complex, ground, work, count) {
+        *complex = before;
+    }
+    // 5.
     let most = ((complex.tets.len() as f64 * ENDGAME_SHARE) as usize).max(ENDGAME_LEAST);
-    for _ in 0..ENDGAMES {
+    for game in 0..ENDGAMES {
         if !goes_on(complex) {
             return;
+        }
+        if game > 0 && endgame::left(complex).is_empty() {
+            break;
         }
         let before = complex.clone();
         endgame::run(complex, loose, work, most);

@@ -35,8 +35,15 @@ const LONGEST_STEP: f64 = 0.4;
 /// Trial steps before a direction is given up, each half the one before.
 const TRIALS: usize = 4;
 
-/// The least gain of the worst quality that counts (radians).
-pub(super) const LEAST_GAIN: f64 = 2e-4;
+/// The least gain of the worst quality that counts (radians), and as a share of what it lacks to the floor: a tet far
+/// below it is not worth a crawl.
+const LEAST_GAIN: f64 = 2e-4;
+const LEAST_SHARE: f64 = 0.03;
+
+/// The least gain of the quality `worst` that counts.
+pub(super) fn least_gain(worst: f64, floor: f64) -> f64 {
+    LEAST_GAIN.max(LEAST_SHARE * (floor - worst))
+}
 
 /// Steps towards the shortest vector of the hull.
 const HULL_STEPS: usize = 24;
@@ -89,6 +96,7 @@ impl Smoother {
     /// One step of step 1 to 3.
     fn step(&mut self, complex: &mut Complex, ground: &Ground, (v, worst): (u32, f64), tangent: Tangent) -> bool {
         let from = complex.points[v as usize];
+        let gain = least_gain(worst, complex.floor());
         let shortest2 = self.find_pieces(from, worst, tangent);
         for window in ACTIVE {
             self.active.clear();
@@ -105,11 +113,11 @@ impl Smoother {
                 }
             }
             for _ in 0..TRIALS {
-                if rate * step < LEAST_GAIN {
+                if rate * step < gain {
                     break;
                 }
                 if let Some((to, freedom)) = ground.place(complex, v, direction * step)
-                    && self.worst_at(to, worst + LEAST_GAIN).is_some()
+                    && self.worst_at(to, worst + gain).is_some()
                     && self.settle(complex, ground, v, to, freedom)
                 {
                     return true;
