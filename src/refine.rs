@@ -35,6 +35,10 @@ const FIDELITY_SMOOTHING: usize = 2;
 /// Rounds that also split the edges of creases that the mesh lacks.
 const CREASE_ROUNDS: usize = 10;
 
+/// Such edges are split while they are at most one for so many seeds, and a few.
+const MOST_SPLITS: usize = 250;
+const FEW_SPLITS: usize = 8;
+
 /// Rounds after which a seed that is still in no tet goes elsewhere.
 const PATIENT_ROUNDS: usize = 3;
 
@@ -86,6 +90,7 @@ pub fn until_valid(
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
     let mut best = (usize::MAX, 0);
+    let mut crease_rounds = CREASE_ROUNDS;
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
@@ -100,8 +105,13 @@ pub fn until_valid(
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
-        let splits =
-            if round < CREASE_ROUNDS && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
+        let mut splits =
+            if round < crease_rounds && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
+        if splits.len() > kinds.len() / MOST_SPLITS + FEW_SPLITS {
+            // Creases crowd: splitting one would take the next one's edges.
+            crease_rounds = 0;
+            splits.clear();
+        }
         proposals.extend_from_slice(&splits);
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);

@@ -1,6 +1,5 @@
 //! Meshes from the points of earlier ones: identity, kinds, what is refused; and a motion, frame by frame.
 
-use std::fs;
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
