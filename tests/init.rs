@@ -1,5 +1,7 @@
 //! Meshes from the points of earlier ones: identity, kinds, what is refused; and a motion, frame by frame.
 
+#[cfg(feature = "cli")]
+use std::fs;
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
