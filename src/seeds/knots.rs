@@ -7,7 +7,7 @@
 //! - the square of what the crease strays from the chord beyond [`STRAY`] spacings, over that,
 //!
 //! is found by dynamic programming along the crease. Candidates are the crease's own vertices and even steps between them.
-//! Seeds where the crease bends are fixed; those on a straight run may still move.
+//! Seeds at and beside bends are fixed; those on a straight run may still move.
 //!
 //! Cost: O(candidates x candidates to a spacing squared), about 10^4 steps to a spacing of crease.
 
@@ -18,6 +18,8 @@ use crate::surface::features::Curve;
 
 /// A crease may stray so far from its chords, over the spacing.
 const STRAY: f64 = 0.008;
+/// Seeds may move where the crease between their neighbours strays less than this, over the spacing, from a straight line.
+const STRAIGHT: f64 = 1e-3;
 /// What straying that far again weighs against a chord e times too long or too short.
 const WEIGHT: f64 = 3.0;
 /// Steps between candidates on straight segments, over the spacing.
@@ -50,9 +52,8 @@ pub(super) fn knots(curve: &Curve, closed: bool, points: &[DVec3], spacing: impl
     let candidates = candidates(curve, points, spacing);
     let chain = best_chain(&candidates);
     let inner = chain.windows(3).map(|k| {
-        let [before, here, after] = [0, 1, 2].map(|i| &candidates[k[i]]);
-        let bend = closest_on_segment(before.point, after.point, here.point).distance(here.point);
-        Knot { at: here.at, fixed: bend > STRAY * here.spacing }
+        let here = &candidates[k[1]];
+        Knot { at: here.at, fixed: stray(&candidates[k[0]..=k[2]]) > STRAIGHT * here.spacing }
     });
     // The seam of a loop is as good a place as any other, and stays so that the rest keeps its places to it.
     let seam = closed.then_some(Knot { at: 0.0, fixed: true });
@@ -107,13 +108,20 @@ fn best_chain(candidates: &[Candidate]) -> Vec<usize> {
     chain
 }
 
+/// How far these candidates are from the chord between the first and the last.
+fn stray(piece: &[Candidate]) -> f64 {
+    let (from, to) = (piece[0].point, piece[piece.len() - 1].point);
+    piece[1..piece.len() - 1]
+        .iter()
+        .map(|c| closest_on_segment(from, to, c.point).distance(c.point))
+        .fold(0.0, f64::max)
+}
+
 /// What a chord from the first to the last of these candidates costs.
 fn cost(piece: &[Candidate]) -> f64 {
     let (from, to) = (&piece[0], &piece[piece.len() - 1]);
     let spacing = 0.5 * (from.spacing + to.spacing);
-    let inner = &piece[1..piece.len() - 1];
-    let stray = inner.iter().map(|c| closest_on_segment(from.point, to.point, c.point).distance(c.point));
-    let beyond = (stray.fold(0.0, f64::max) / (STRAY * spacing) - 1.0).max(0.0);
+    let beyond = (stray(piece) / (STRAY * spacing) - 1.0).max(0.0);
     let length = ((to.at - from.at) / spacing).ln();
     length * length + WEIGHT * beyond * beyond
 }
