@@ -123,7 +123,7 @@ fn polygonal_and_round_creases_are_whole_and_close() {
 #[test]
 fn creases_of_mechanical_parts_are_whole() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
-    for (name, count) in [("joint", 2000), ("fandisk", 3000), ("thingi_72214", 3000), ("casting", 3000)] {
+    for (name, count) in [("joint", 2000), ("fandisk", 3000), ("thingi_72214", 3000)] {
         let file = folder.join(name).with_extension("obj");
         if !file.exists() {
             continue;
