@@ -59,13 +59,18 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
         ends_at[a as usize] += 1;
         ends_at[b as usize] += 1;
     }
+    // What the user asked for is kept in any case, and says nothing of the rest.
+    for c in features.curves.iter().filter(|c| c.is_given) {
+        lengths[networks.find(c.vertices[0]) as usize] = f64::INFINITY;
+    }
     let unresolved: f64 = lengths.iter().filter(|&&l| l < RESOLVED * spacing).sum();
-    let whole = unresolved <= DETAILS * lengths.iter().sum::<f64>();
-    let least_length = if whole { LEAST_DETAIL } else { RESOLVED } * spacing;
+    let own = features.curves.iter().filter(|c| !c.is_given).map(Curve::length);
+    let designed = unresolved <= DETAILS * own.sum::<f64>();
+    let least_length = if designed { LEAST_DETAIL } else { RESOLVED } * spacing;
     let mut kept = |v: u32| lengths[networks.find(v) as usize] >= least_length;
     // A corner without a crease is the tip of a cone.
     let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
-    let corners = spread_corners(surface, corners, &ends_at, crowded(whole) * spacing);
+    let corners = spread_corners(surface, corners, &ends_at, crowded(designed) * spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
     let mut need = |c: &Curve| {
@@ -79,6 +84,7 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
             _ => usize::from(twins > 1),
         };
         let kept = kept(pair.0);
+        let whole = designed || c.is_given;
         let may_collapse = c.length() <= if whole { LEAST_DETAIL } else { 0.5 } * spacing;
         let least = if kept && !may_collapse { least } else { 0 };
         CurveNeed { kept, whole: kept && whole, closed: closed && least > 0, least }
