@@ -70,7 +70,7 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     let read = reading.elapsed().as_secs_f64();
     let checking = Instant::now();
     let mut marks = Marks::default();
-    let surface = soup.check_mended(job.mending, &mut marks).inspect_err(|_| {
+    let surface = soup.check_as(job.treatment, &mut marks).inspect_err(|_| {
         marks.notes.iter().for_each(|note| watcher.note(note));
         watcher.clear();
         show_defects(job, &marks);

@@ -11,8 +11,8 @@ use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
 use crate::io::{read_initial, read_lines};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::seeds::InitialPoints;
-use crate::surface::Mending;
 use crate::surface::imprint::Polyline;
+use crate::surface::{Mending, Regions, Treatment};
 
 /// Iterations from the points of a mesh: the mean of the smallest dihedral angles is then within 1.5 degrees of that from new seeds.
 const ITERATIONS_FROM_MESH: usize = 8;
@@ -55,6 +55,10 @@ pub(super) struct Options {
     /// Mend small holes and gaps, duplicate faces, hanging sheets, parts that touch
     #[arg(long, help_heading = "Surface")]
     repair: bool,
+
+    /// What shells inside others are
+    #[arg(long, help_heading = "Surface", default_value = "parity")]
+    regions: Regions,
 
     /// Vertices of the mesh: exactly N [default: 20000]
     #[arg(long, value_name = "N", help_heading = "Size", value_parser = count, conflicts_with = "edge", allow_negative_numbers = true)]
@@ -220,7 +224,7 @@ pub(super) struct Job {
     pub initial: Option<InitialPoints>,
     features: Option<PathBuf>,
     pub lines: Vec<Polyline>,
-    pub mending: Mending,
+    pub treatment: Treatment,
     pub defects_file: PathBuf,
     pub params: Params,
     pub verbosity: Verbosity,
@@ -249,6 +253,7 @@ impl Options {
         };
         let defects_file = default_name(".defects.vtp");
         let mending = if self.repair { Mending::Repair } else { Mending::Exact };
+        let treatment = Treatment { mending, regions: self.regions };
         let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
         let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
         let mesh_format = MeshFormat::of(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, MeshFormat::KNOWN))?;
@@ -291,7 +296,7 @@ impl Options {
             initial,
             features: self.features,
             lines,
-            mending,
+            treatment,
             defects_file,
             params,
             verbosity,

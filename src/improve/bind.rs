@@ -46,7 +46,9 @@ pub(super) fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
             Facet { vertices: f.vertices, face, stray: ground.stray(corners) }
         })
         .collect();
-    Complex::new(vertices, mesh.tets.clone(), facets)
+    let mut complex = Complex::new(vertices, mesh.tets.clone(), facets);
+    complex.has_interfaces = ground.surface.has_interfaces();
+    complex
 }
 
 /// Brings vertices that the boundary has without their being bound to the surface onto it, where their tets stay positive.

@@ -50,6 +50,8 @@ mod measure;
 
 mod outcome;
 
+mod regions;
+
 mod resize;
 
 mod smooth;
