@@ -38,6 +38,8 @@ mod interior;
 
 mod knots;
 
+mod networks;
+
 mod order;
 
 mod surface_sampling;
