@@ -54,7 +54,7 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
 
 /// Seeds of creases nearer than so many spacings to a corner or another crease's seed are one too many.
 pub(super) fn crowded(whole: bool) -> f64 {
-    if whole { 0.05 } else { 0.25 }
+    if whole { 0.03 } else { 0.25 }
 }
 
 impl CurveNeed {
