@@ -55,8 +55,9 @@ use targets::{Confines, Target};
 /// No part of the surface is asked to be sampled finer than this share of the spacing.
 const LEAST_SIZE: f64 = 0.05;
 
-/// Stretches of creases below twice this share of the spacing are not split.
+/// Stretches of creases below twice this share of the spacing are not split: of those to be whole, and of noise.
 const LEAST_STRETCH: f64 = 0.05;
+const LEAST_STRETCH_OF_NOISE: f64 = 0.1;
 
 /// A motion of L-BFGS stands if the energy falls by this share of what the slope promises.
 const ENOUGH: f64 = 1e-4;
@@ -391,7 +392,10 @@ impl<'a> Relaxation<'a> {
     /// Places for seeds in the middle of the stretches of creases that are no edges of the mesh, as `is_edge` has it: each
     /// with its anchor and the distance to the seeds before and after.
     pub(crate) fn crease_splits(&self, is_edge: impl Fn(u32, u32) -> bool) -> Vec<(DVec3, Anchor, f64)> {
-        let least = LEAST_STRETCH * self.seeds.spacing;
+        let least = |anchor: &Anchor| {
+            let whole = anchor.curve().is_some_and(|c| self.seeds.whole.get(c as usize) == Some(&true));
+            self.seeds.spacing * if whole { LEAST_STRETCH } else { LEAST_STRETCH_OF_NOISE }
+        };
         let Confines { features, surface, .. } = self.confines;
         let splits = self.state.chains.iter().flat_map(|c| c.splits(features, surface, &is_edge));
         splits
@@ -400,7 +404,7 @@ impl<'a> Relaxation<'a> {
                     ends.map(|e| self.seeds.positions[e as usize].distance(place)).into_iter().fold(0.0, f64::max);
                 (place, anchor, size)
             })
-            .filter(|&(_, _, size)| size > least)
+            .filter(|(_, anchor, size)| *size > least(anchor))
             .collect()
     }
 

@@ -14,7 +14,7 @@
 //! come from elsewhere.
 
 use super::curves::{self, CurveNeed};
-use super::knots::{self, Knot};
+use super::knots::{self, Closeness, Knot};
 use crate::surface::features::Features;
 use crate::surface::{Surface, edges};
 
@@ -260,7 +260,7 @@ impl<'a> Demand<'a> {
             if !need.kept {
                 return Vec::new();
             }
-            let knots = knots::knots(curve, need.closed, points, spacing);
+            let knots = knots::knots(curve, need.closed, Closeness::of(need.whole), points, spacing);
             // A short one may need more seeds than follow from its length, to be itself.
             let even = wanted[i].round() as usize;
             if knots.len() < need.least.max(even.min(1)) {
