@@ -90,6 +90,7 @@ pub fn until_valid(
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
     let mut best = (usize::MAX, 0);
+    let mut crowds = false;
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
@@ -104,8 +105,10 @@ pub fn until_valid(
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
-        let splits =
-            if round < CREASE_ROUNDS && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
+        let splits = match round < CREASE_ROUNDS && !keeps_places {
+            true => splits(relaxation, &sampling, &labels, &mut crowds),
+            false => Vec::new(),
+        };
         proposals.extend_from_slice(&splits);
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
@@ -144,8 +147,8 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
 }
 
 /// Where to put seeds on creases that the boundary of the tets `inside` does not contain. Where creases that are noise
-/// crowd they are let be: splitting one would take the next one's edges.
-fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+/// crowd they are let be from then on: splitting one would take the next one's edges.
+fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowds: &mut bool) -> Vec<Proposal> {
     let boundary = extract::boundary::Boundary::of(&sampling.complex, inside);
     let mut edges: Vec<[u32; 2]> = boundary
         .triangles
@@ -158,7 +161,8 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<
     let mut splits = relaxation.crease_splits(|a, b| edges.binary_search(&[a.min(b), a.max(b)]).is_ok());
     let whole = &relaxation.seeds().whole;
     let is_whole = |anchor: &Anchor| anchor.curve().is_some_and(|c| whole.get(c as usize) == Some(&true));
-    if splits.iter().filter(|s| !is_whole(&s.1)).count() > sampling.kinds.len() / MOST_SPLITS + FEW_SPLITS {
+    *crowds |= splits.iter().filter(|s| !is_whole(&s.1)).count() > sampling.kinds.len() / MOST_SPLITS + FEW_SPLITS;
+    if *crowds {
         splits.retain(|s| is_whole(&s.1));
     }
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
