@@ -117,7 +117,7 @@ fn every_shell_is_an_interface_between_two_regions() {
         let mesh = mesh(name, &surface, &params(1800));
         let volumes = volumes(&mesh, count);
         for (r, (volume, wanted)) in volumes.iter().zip(wanted(&surface, &around)).enumerate() {
-            assert!((volume / wanted - 1.0).abs() < 0.06, "{name}: region {r} has {volume}, not {wanted}");
+            assert!((volume / wanted - 1.0).abs() < 0.1, "{name}: region {r} has {volume}, not {wanted}");
         }
         let whole = surface.volume() * surface.frame().length_to_model(1.0).powi(3);
         assert!((mesh.volume() / whole - 1.0).abs() < 0.03, "{name}: {} of {whole}", mesh.volume());
