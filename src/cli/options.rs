@@ -8,9 +8,10 @@ use clap::{ArgAction, Parser};
 use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
-use crate::io::read_initial;
+use crate::io::{read_initial, read_lines};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::seeds::InitialPoints;
+use crate::surface::imprint::Polyline;
 use crate::surface::{Mending, Regions, Treatment};
 
 /// Iterations from the points of a mesh: the mean of the smallest dihedral angles is then within 1.5 degrees of that from new seeds.
@@ -74,6 +75,10 @@ pub(super) struct Options {
     /// Creases sharper than this are kept, in degrees; 180 keeps none
     #[arg(long, value_name = "DEG", help_heading = "Seeds", default_value_t = 40.0, allow_negative_numbers = true)]
     feature_angle: f64,
+
+    /// Lines on the surface to keep like creases: the `l` statements of an OBJ file
+    #[arg(long, value_name = "FILE.obj", help_heading = "Seeds")]
+    features: Option<PathBuf>,
 
     /// Where interior seeds begin
     #[arg(long, help_heading = "Seeds", default_value = "bcc")]
@@ -217,6 +222,8 @@ pub(super) struct Job {
     pub surface: PathBuf,
     init: Option<PathBuf>,
     pub initial: Option<InitialPoints>,
+    features: Option<PathBuf>,
+    pub lines: Vec<Polyline>,
     pub treatment: Treatment,
     pub defects_file: PathBuf,
     pub params: Params,
@@ -279,10 +286,16 @@ impl Options {
             params.target = agreed(initial.points.len(), self.seeds)?;
             fits(&params, mesh_format, &mesh_file)?;
         }
+        if self.features.is_some() && params.boundary == Boundary::Free {
+            return refuse("features", "with --boundary free no seed lies on a line of the surface".to_owned());
+        }
+        let lines = self.features.as_deref().map(read_lines).transpose()?.unwrap_or_default();
         let job = Job {
             surface,
             init: self.init,
             initial,
+            features: self.features,
+            lines,
             treatment,
             defects_file,
             params,
@@ -358,6 +371,9 @@ impl Job {
             }
             if self.init.as_deref().is_some_and(|init| atomic::same_file(path, init)) {
                 return refuse(option, format!("{} is the mesh to start from", path.display()));
+            }
+            if self.features.as_deref().is_some_and(|features| atomic::same_file(path, features)) {
+                return refuse(option, format!("{} holds the lines of --features", path.display()));
             }
             if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| atomic::same_file(path, earlier)) {
                 return refuse(option, format!("{} is also the file of --{other}", path.display()));

@@ -135,6 +135,11 @@ impl<'a> Demand<'a> {
         &self.needs
     }
 
+    /// For each crease, whether the mesh is to have it whole.
+    pub(super) fn whole(&self) -> Vec<bool> {
+        self.needs.iter().map(|n| n.whole).collect()
+    }
+
     /// Seeds of kind surface that each shell must get.
     pub(super) fn shell_least(&self) -> &[usize] {
         &self.shell_least

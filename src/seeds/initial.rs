@@ -107,7 +107,7 @@ pub fn from_points(
             binding.settle(Boundary::Conform);
             binding.part(params)?;
             let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-            Ok(binding.into_seeds(plan.spacing, relative_size))
+            Ok(binding.into_seeds(plan.spacing, relative_size, demand.whole()))
         }
         Boundary::Free => {
             let spacing = (surface.volume() / (CELL * n as f64)).cbrt();
@@ -116,7 +116,7 @@ pub fn from_points(
             let mut binding = Binding::new(surface, &sizes, spacing, positions, &kinds)?;
             binding.settle(Boundary::Free);
             binding.part(params)?;
-            Ok(binding.into_seeds(spacing, vec![1.0; surface.points().len()]))
+            Ok(binding.into_seeds(spacing, vec![1.0; surface.points().len()], Vec::new()))
         }
     }
 }
@@ -319,10 +319,10 @@ impl<'a> Binding<'a> {
             .collect()
     }
 
-    fn into_seeds(self, spacing: f64, relative_size: Vec<f64>) -> Seeds {
+    fn into_seeds(self, spacing: f64, relative_size: Vec<f64>, whole: Vec<bool>) -> Seeds {
         let bound = |a: Option<Anchor>| a.expect("every point is settled: this is a bug in tetcvt");
         let anchors = self.anchors.into_iter().map(bound).collect();
-        Seeds { positions: self.positions, anchors, spacing, relative_size, keep_places: true }
+        Seeds { positions: self.positions, anchors, spacing, relative_size, keep_places: true, whole }
     }
 }
 

@@ -16,6 +16,8 @@ pub(crate) mod edges;
 
 pub mod features;
 
+pub mod imprint;
+
 mod measures;
 
 mod needles;
@@ -42,6 +44,8 @@ pub struct Surface {
     source: Vec<u32>,
     patch: Vec<u32>,
     shell: Vec<u32>,
+    /// Edges that are creases whatever the angle, each with the lesser vertex first, in order.
+    lines: Vec<[u32; 2]>,
     shells: Vec<Shell>,
     has_interfaces: bool,
     frame: Frame,
@@ -228,6 +232,7 @@ impl Surface {
             triangles,
             source,
             patch,
+            lines: Vec::new(),
             shell: oriented.of_triangle,
             has_interfaces: shells.iter().any(|s| s.is_interface),
             shells,
@@ -352,6 +357,11 @@ impl Surface {
     /// The way back to the model's coordinates.
     pub fn frame(&self) -> &Frame {
         &self.frame
+    }
+
+    /// Whether the edge between two vertices is on a line of the user's.
+    pub(crate) fn is_on_line(&self, [a, b]: [u32; 2]) -> bool {
+        self.lines.binary_search(&[a.min(b), a.max(b)]).is_ok()
     }
 
     /// The box tree over the triangles.

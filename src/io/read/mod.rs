@@ -19,6 +19,8 @@ mod gltf;
 
 mod initial;
 
+mod lines;
+
 mod obj;
 
 mod off;
@@ -38,6 +40,7 @@ mod vtk_xml;
 mod words;
 
 pub use initial::{parse_initial, read_initial};
+pub use lines::read_lines;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
