@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tetcvt::io::read::{parse, parse_initial};
+use tetcvt::io::read::{parse, parse_initial, parse_lines};
 
 /// Reads `head` and then `bytes` as the surface file `name`; what is read must have no index out of range, and the checks
 /// must end.
@@ -19,4 +19,11 @@ pub fn initial(bytes: &[u8]) {
     let Ok(initial) = parse_initial(bytes, Path::new("mesh.vtu")) else { return };
     assert!(initial.points.iter().all(|p| p.is_finite()));
     assert!(initial.kinds.is_empty() || initial.kinds.len() == initial.points.len());
+}
+
+/// Reads `bytes` as the lines of an OBJ file.
+pub fn lines(bytes: &[u8]) {
+    if let Ok(lines) = parse_lines(bytes) {
+        assert!(!lines.is_empty());
+    }
 }

@@ -40,7 +40,7 @@ mod vtk_xml;
 mod words;
 
 pub use initial::{parse_initial, read_initial};
-pub use lines::read_lines;
+pub use lines::{parse_lines, read_lines};
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
