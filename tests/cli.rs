@@ -93,7 +93,7 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
 #[test]
 fn options_of_later_versions_are_not_accepted() {
     let folder = folder_with_cube();
-    for option in ["--size-field=f.vtu", "--features=f.obj"] {
+    for option in ["--size-field=f.vtu"] {
         let run = run(folder.path(), &["cube.obj", option]);
         assert_eq!(run.status, Some(2), "{option}");
         assert!(run.stderr.contains("unexpected argument"), "{}", run.stderr);

@@ -66,6 +66,9 @@ mod init;
 // From triangulation to mesh.
 mod extract;
 
+// Nested shells as interfaces between regions.
+mod regions;
+
 // Slivers taken out.
 mod improve;
 
