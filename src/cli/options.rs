@@ -2,15 +2,17 @@
 
 use std::num::{IntErrorKind, ParseIntError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::{ArgAction, Parser};
 
 use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
-use crate::io::read_initial;
+use crate::io::{read_initial, read_sizes};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::seeds::InitialPoints;
+use crate::sizing::{SizeField, Sizes};
 use crate::surface::Mending;
 
 /// Iterations from the points of a mesh: the mean of the smallest dihedral angles is then within 1.5 degrees of that from new seeds.
@@ -62,6 +64,26 @@ pub(super) struct Options {
     /// Target edge length in model units, in place of --seeds; 2% = of the bounding-box diagonal
     #[arg(long, value_name = "L|L%", help_heading = "Size", value_parser = edge, allow_hyphen_values = true)]
     edge: Option<Target>,
+
+    /// Edge lengths over space: an expression in x, y, z such as '0.02 + 0.1*x', or a mesh of tets (.vtu, .vtk) with point data
+    /// `size`; with --seeds relative, with --edge no longer than that
+    #[arg(long, value_name = "EXPR|FILE", help_heading = "Size", allow_hyphen_values = true)]
+    size_field: Option<String>,
+
+    /// Edges follow the curvature of the surface, K of them to its radius [K: 4]; with --seeds relative
+    #[arg(
+        long,
+        value_name = "K",
+        help_heading = "Size",
+        num_args = 0..=1,
+        default_missing_value = "4",
+        allow_negative_numbers = true
+    )]
+    curvature: Option<f64>,
+
+    /// Edge lengths grow by at most G per length [default: 0.3 with --size-field or --curvature]
+    #[arg(long, value_name = "G", help_heading = "Size", allow_negative_numbers = true)]
+    grade: Option<f64>,
 
     /// Where seeds may lie
     #[arg(long, help_heading = "Seeds", default_value = "conform")]
@@ -212,6 +234,7 @@ pub(super) enum ReportTarget {
 pub(super) struct Job {
     pub surface: PathBuf,
     init: Option<PathBuf>,
+    size_file: Option<PathBuf>,
     pub initial: Option<InitialPoints>,
     pub mending: Mending,
     pub defects_file: PathBuf,
@@ -233,7 +256,12 @@ impl Options {
     /// Refuses what no run could honour, before anything is computed.
     pub(super) fn into_job(self) -> Result<Job, Error> {
         let mut params = self.params();
+        if let Some(path) = self.size_file() {
+            // Before the rest is validated, which says nothing of files.
+            params.sizes.field = Some(SizeField::Mesh(Arc::new(read_sizes(path)?)));
+        }
         params.validate()?;
+        let size_file = self.size_file().map(Path::to_owned);
         let stem = self.surface.file_stem().unwrap_or(self.surface.as_os_str()).to_owned();
         let default_name = |suffix: &str| {
             let mut name = stem.clone();
@@ -277,6 +305,7 @@ impl Options {
         let job = Job {
             surface,
             init: self.init,
+            size_file,
             initial,
             mending,
             defects_file,
@@ -297,15 +326,29 @@ impl Options {
         Ok(job)
     }
 
+    /// The file that sizes come from, if it is no expression.
+    fn size_file(&self) -> Option<&Path> {
+        let path = Path::new(self.size_field.as_ref()?);
+        let is_file = path.extension().is_some_and(|e| ["vtu", "vtk"].iter().any(|known| e.eq_ignore_ascii_case(known)));
+        is_file.then_some(path)
+    }
+
     fn params(&self) -> Params {
         let defaults = Params::default();
         let target = match (self.seeds, self.edge) {
             (Some(count), _) => Target::Count(count),
             (None, Some(edge)) => edge,
+            (None, None) if self.size_field.is_some() || self.curvature.is_some() => Target::Sizes,
             (None, None) => defaults.target,
+        };
+        let sizes = Sizes {
+            field: self.size_field.clone().map(SizeField::Expression),
+            curvature: self.curvature,
+            grade: self.grade,
         };
         Params {
             target,
+            sizes,
             boundary: self.boundary,
             feature_angle: self.feature_angle,
             start: self.start,
@@ -353,6 +396,9 @@ impl Job {
             }
             if self.init.as_deref().is_some_and(|init| atomic::same_file(path, init)) {
                 return refuse(option, format!("{} is the mesh to start from", path.display()));
+            }
+            if self.size_file.as_deref().is_some_and(|file| atomic::same_file(path, file)) {
+                return refuse(option, format!("{} is the file of sizes", path.display()));
             }
             if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| atomic::same_file(path, earlier)) {
                 return refuse(option, format!("{} is also the file of --{other}", path.display()));

@@ -21,6 +21,7 @@ use crate::clipped_voronoi::ClippedVoronoi;
 use crate::delaunay::Delaunay;
 use crate::geometry::tetrahedron;
 use crate::seeds::SeedKind;
+use crate::sizing::Spacing;
 use crate::surface::Surface;
 
 pub mod boundary;
@@ -54,13 +55,18 @@ pub struct Sampling<'a> {
     pub kinds: &'a [SeedKind],
     /// The surface.
     pub surface: &'a Surface,
-    /// The edge length that the seeds aim at, in the frame.
-    pub spacing: f64,
+    /// The edge lengths that the seeds aim at, in the frame.
+    pub spacing: Spacing,
 }
 
 impl<'a> Sampling<'a> {
     /// The first `kinds.len()` vertices of `delaunay` are the seeds.
-    pub fn new(delaunay: &'a Delaunay, kinds: &'a [SeedKind], surface: &'a Surface, spacing: f64) -> Sampling<'a> {
+    pub fn new(
+        delaunay: &'a Delaunay,
+        kinds: &'a [SeedKind],
+        surface: &'a Surface,
+        spacing: impl Into<Spacing>,
+    ) -> Sampling<'a> {
         let mut complex = Complex::new(delaunay.points(), delaunay.vertices(), delaunay.neighbors(), kinds.len());
         if surface.solid_of_shell().iter().any(|&s| s != surface.solid_of_shell()[0]) {
             // The way from a point of a solid to the closest point of the surface lies in that solid.
@@ -72,7 +78,7 @@ impl<'a> Sampling<'a> {
                 })
                 .collect();
         }
-        Sampling { complex, kinds, surface, spacing }
+        Sampling { complex, kinds, surface, spacing: spacing.into() }
     }
 
     /// How deep within the solid a finite tet lies: the mean of the signed distances to the surface, negative outside,

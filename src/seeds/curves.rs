@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Anchor;
-use super::grid::CellGrid;
+use super::grid::{CellGrid, typical};
 use super::knots::Knot;
 use super::surface_sampling::BoundarySeed;
 use crate::disjoint_sets::DisjointSets;
@@ -30,8 +30,12 @@ pub(super) struct CurveNeed {
     pub(super) least: usize,
 }
 
-/// The needs of every curve of `features`, and the corners that are kept, where the spacing is about `spacing`.
-pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Vec<CurveNeed>, Vec<u32>) {
+/// The needs of every curve of `features`, and the corners that are kept, where the spacing at a vertex is about `spacing`.
+pub(super) fn needs(
+    surface: &Surface,
+    features: &Features,
+    spacing: impl Fn(u32) -> f64,
+) -> (Vec<CurveNeed>, Vec<u32>) {
     let ends = |c: &Curve| {
         let (a, b) = (c.vertices[0], c.vertices[c.vertices.len() - 1]);
         (a.min(b), a.max(b))
@@ -47,14 +51,14 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
     let mut ends_at = vec![0u32; vertices];
     for c in &features.curves {
         let (a, b) = ends(c);
-        lengths[networks.find(a) as usize] += c.length();
+        lengths[networks.find(a) as usize] += steps(c, &spacing);
         ends_at[a as usize] += 1;
         ends_at[b as usize] += 1;
     }
-    let mut kept = |v: u32| lengths[networks.find(v) as usize] >= RESOLVED * spacing;
+    let mut kept = |v: u32| lengths[networks.find(v) as usize] >= RESOLVED;
     // A corner without a crease is the tip of a cone.
     let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
-    let corners = spread_corners(surface, corners, &ends_at, spacing);
+    let corners = spread_corners(surface, corners, &ends_at, &spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
     let mut need = |c: &Curve| {
@@ -69,29 +73,34 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
         };
         let kept = kept(pair.0);
         // Shorter than half a spacing, it may collapse.
-        let least = if kept && c.length() > 0.5 * spacing { least } else { 0 };
+        let least = if kept && steps(c, &spacing) > 0.5 { least } else { 0 };
         CurveNeed { kept, closed: closed && least > 0, least }
     };
     (features.curves.iter().map(&mut need).collect(), corners)
 }
 
 /// The corners but those that crowd another: where three creases or more meet comes first, then tips and the lower index.
-fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], spacing: f64) -> Vec<u32> {
+fn spread_corners(
+    surface: &Surface,
+    mut corners: Vec<u32>,
+    ends_at: &[u32],
+    spacing: impl Fn(u32) -> f64,
+) -> Vec<u32> {
     let rank = |v: u32| match ends_at[v as usize] {
         3.. => 0,
         0 => 1,
         _ => 2,
     };
     corners.sort_by_key(|&v| (rank(v), v));
-    let reach = super::CROWDED * spacing;
+    let reach: Vec<f64> = corners.iter().map(|&v| super::CROWDED * spacing(v)).collect();
     let positions: Vec<DVec3> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
-    let grid = CellGrid::new(&positions, 2.0 * reach);
+    let grid = CellGrid::new(&positions, 2.0 * typical(&reach));
     let mut stays = vec![true; corners.len()];
     for i in 0..corners.len() {
         let mut crowded = false;
-        grid.near(positions[i], reach, |j| {
+        grid.near(positions[i], reach[i], |j| {
             let j = j as usize;
-            crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach;
+            crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach[i];
         });
         stays[i] = !crowded;
     }

@@ -24,6 +24,8 @@ mod orient;
 
 mod ray;
 
+mod refined;
+
 mod repair;
 
 mod soup;

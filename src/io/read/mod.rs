@@ -25,6 +25,8 @@ mod off;
 
 mod ply;
 
+mod sizes;
+
 mod stl;
 
 mod strip;
@@ -38,6 +40,7 @@ mod vtk_xml;
 mod words;
 
 pub use initial::read_initial;
+pub use sizes::read_sizes;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
