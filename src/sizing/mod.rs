@@ -177,7 +177,7 @@ impl Sizing {
     pub fn refined(&self, surface: &Surface) -> Surface {
         const VARIES: f64 = 1.15;
         const BENDS: f64 = 0.04;
-        const SHORT: f64 = 0.5;
+        const SHORT: f64 = 0.9;
         surface.refined(|p, q| {
             let [a, m, b] = [p, (p + q) * 0.5, q].map(|x| self.at(x));
             let varies = a.max(b).max(m) > VARIES * a.min(b).min(m) || (m - 0.5 * (a + b)).abs() > BENDS * m;

@@ -1,6 +1,11 @@
 //! The same surface with some edges split in the middle, so that numbers on its vertices can follow what varies along them.
 //!
-//! An edge is split or not by its ends alone, so that the two triangles at it agree:
+//! M.-C. Rivara, *Algorithms for refining triangular grids suitable for adaptive and multigrid techniques*, International Journal for
+//! Numerical Methods in Engineering 20(4), 1984, doi 10.1002/nme.1620200412.
+//!
+//! 1. Edges that are too long are split, and with any edge of a triangle its longest: without that, splitting a short edge
+//!    would make a new long one, and so on without end.
+//! 2. The parts of a triangle, by how many of its edges are split:
 //!
 //! ```text
 //!      one edge               two                three
@@ -65,21 +70,27 @@ impl Split {
     fn halve(&mut self, too_long: &(impl Fn(DVec3, DVec3) -> bool + Sync)) -> bool {
         let sorted = edges::sorted(&self.triangles);
         let pairs: Vec<_> = sorted.chunks_exact(2).collect();
-        let middle = |pair: &&[([u32; 2], u32)]| {
-            let [p, q] = pair[0].0.map(|v| self.points[v as usize]);
-            let middle = snap((p + q) * 0.5);
-            (middle != p && middle != q && too_long(p, q)).then_some(middle)
-        };
-        let middles: Vec<Option<DVec3>> = pairs.par_iter().map(middle).collect();
+        // 1.
+        let long: Vec<bool> = pairs
+            .par_iter()
+            .map(|pair| {
+                let [p, q] = pair[0].0.map(|v| self.points[v as usize]);
+                too_long(p, q)
+            })
+            .collect();
+        let marks = self.with_longest(&pairs, long);
         let mut at_edge = vec![NONE; 3 * self.triangles.len()];
         let mut any = false;
-        for (pair, middle) in pairs.iter().zip(middles) {
-            if let Some(middle) = middle {
+        for (pair, _) in pairs.iter().zip(marks).filter(|(_, marked)| *marked) {
+            let [p, q] = pair[0].0.map(|v| self.points[v as usize]);
+            let middle = snap((p + q) * 0.5);
+            if middle != p && middle != q {
                 any = true;
                 pair.iter().for_each(|e| at_edge[e.1 as usize] = self.points.len() as u32);
                 self.points.push(middle);
             }
         }
+        // 2.
         if any {
             let old = std::mem::take(&mut self.triangles);
             let origins = std::mem::take(&mut self.origin);
@@ -90,6 +101,33 @@ impl Split {
             }
         }
         any
+    }
+
+    /// The marks of edges, and of the longest edge of each triangle that has any.
+    fn with_longest(&self, pairs: &[&[([u32; 2], u32)]], mut marks: Vec<bool>) -> Vec<bool> {
+        let mut pair_of = vec![0u32; 3 * self.triangles.len()];
+        for (k, pair) in (0..).zip(pairs) {
+            pair.iter().for_each(|e| pair_of[e.1 as usize] = k);
+        }
+        let length2 = |k: u32| {
+            let [p, q] = pairs[k as usize][0].0.map(|v| self.points[v as usize]);
+            p.distance_squared(q)
+        };
+        let longest: Vec<u32> = pair_of
+            .chunks_exact(3)
+            .map(|e| e.iter().copied().reduce(|a, b| if (length2(b), b) > (length2(a), a) { b } else { a }))
+            .map(|e| e.expect("a triangle has edges: this is a bug in tetcvt"))
+            .collect();
+        let mut todo: Vec<u32> = (0..).zip(&marks).filter(|(_, m)| **m).map(|(k, _)| k).collect();
+        while let Some(k) = todo.pop() {
+            for e in pairs[k as usize] {
+                let longest = longest[e.1 as usize / 3];
+                if !std::mem::replace(&mut marks[longest as usize], true) {
+                    todo.push(longest);
+                }
+            }
+        }
+        marks
     }
 
     /// The parts of a triangle whose edge i, from corner i to the next, has a vertex in its middle or [`NONE`].
