@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::extract::{Proposal, Sampling};
+use crate::geometry::places::Places;
 use crate::geometry::tetrahedron::FACETS;
 use crate::geometry::triangle::{centroid, normal2};
 use crate::seeds::Anchor;
@@ -38,12 +39,14 @@ pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     losses.sort_by(|a, b| b.volume.abs().total_cmp(&a.volume.abs()));
     let most = (MOST * sampling.kinds.len() as f64) as usize;
     let mut chosen: Vec<Proposal> = Vec::new();
+    let mut places = Places::new(losses.get(losses.len() / 2).map_or(1.0, |l| l.proposal.size));
     for loss in losses {
         if excess <= 0.0 || chosen.len() >= most {
             break;
         }
         let Loss { proposal, volume } = loss;
-        if chosen.iter().all(|c| c.place.distance(proposal.place) > proposal.size) {
+        if !places.any_within(proposal.place, proposal.size) {
+            places.insert(proposal.place);
             chosen.push(proposal);
             excess -= GAIN * volume.abs();
         }

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::extract::{self, Defect, DefectKind, Proposal, Sampling};
 use crate::fidelity;
 use crate::geometry::frame::snap;
+use crate::geometry::places::Places;
 use crate::params::{Boundary, Params};
 use crate::progress::Observer;
 use crate::relax::{Relaxation, Stopped};
@@ -233,7 +234,9 @@ fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) 
             taken[own as usize] = true;
         }
     }
-    let wanted = |p: DVec3| proposals.iter().any(|q| q.place.distance(p) < 2.0 * seeds.spacing_at(q.place));
+    let mut places = Places::new(seeds.spacing);
+    proposals.iter().for_each(|q| places.insert(q.place));
+    let wanted = |p: DVec3| places.any_within(p, 2.0 * seeds.spacing_at(p));
     let mut spare = spare.into_iter();
     let mut found = Vec::new();
     for &proposal in proposals {

@@ -14,7 +14,7 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::params::{Boundary, MOST_SEEDS, Params, Target};
-use crate::sizing::{Sizing, Spacing};
+use crate::sizing::{MEAN_OVER_MEDIAN, Sizing, Spacing};
 use crate::surface::Surface;
 use crate::surface::features::Features;
 use blocks::Blocks;
@@ -236,7 +236,7 @@ fn planned<'a>(
     let size = match (params.target, sizing) {
         (Target::Count(n), _) => Size::Count(n),
         // Those of an edge are no longer than that.
-        (_, Some(sizing)) => Size::Length(sizing.largest()),
+        (_, Some(sizing)) => Size::Length(MEAN_OVER_MEDIAN * sizing.largest()),
         (Target::Edge(l), None) => Size::Length(l * surface.frame().scale),
         (Target::RelativeEdge(share), None) => Size::Length(share * surface.diagonal()),
         (Target::Sizes, None) => return Err(no_sizes()),
@@ -389,7 +389,7 @@ fn free(surface: &Surface, params: &Params, sizing: Option<Arc<Sizing>>) -> Resu
     let count_at = |h: f64| checked_count((volume / (counts::CELL * h * h * h)).round().max(4.0));
     let count = match (params.target, &sizing) {
         (Target::Count(n), _) => n,
-        (_, Some(sizing)) => count_at(sizing.largest())?,
+        (_, Some(sizing)) => count_at(MEAN_OVER_MEDIAN * sizing.largest())?,
         (Target::Edge(l), None) => count_at(l * surface.frame().scale)?,
         (Target::RelativeEdge(share), None) => count_at(share * surface.diagonal())?,
         (Target::Sizes, None) => return Err(no_sizes()),

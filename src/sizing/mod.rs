@@ -36,6 +36,10 @@ use octree::Octree;
 /// Growth of sizes per length where none is chosen: edges then grow by about a third from one to the next.
 pub const DEFAULT_GRADE: f64 = 0.3;
 
+/// The spacing of seeds over the size asked for: the spacing is the mean of edge lengths, and their median is so much less
+/// (0.955 to 0.975 of it on a cube of one size and of sizes 1 to 5, on a sphere and on a bunny).
+pub const MEAN_OVER_MEDIAN: f64 = 1.04;
+
 /// The steepest growth: what is steeper, no chain of tets can follow.
 const STEEPEST: f64 = 1.0;
 

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::TetMesh;
 use crate::geometry::tetrahedron::EDGES;
 use crate::seeds::Seeds;
+use crate::sizing::MEAN_OVER_MEDIAN;
 use crate::surface::Surface;
 
 /// Of all edges, the length over the size asked for at the middle.
@@ -35,7 +36,7 @@ impl SizeRatio {
         edges.dedup();
         let ratio = |[a, b]: &[u32; 2]| {
             let [p, q] = [a, b].map(|v| points[*v as usize]);
-            p.distance(q) / spacing.at((p + q) * 0.5)
+            p.distance(q) * MEAN_OVER_MEDIAN / spacing.at((p + q) * 0.5)
         };
         let mut ratios: Vec<f64> = edges.iter().map(ratio).collect();
         ratios.sort_unstable_by(f64::total_cmp);
