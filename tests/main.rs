@@ -60,6 +60,9 @@ mod sizes;
 // Creases in the mesh.
 mod creases;
 
+// Lines of the user's on the surface, and in the mesh.
+mod lines;
+
 // Meshes from the points of earlier ones.
 mod init;
 

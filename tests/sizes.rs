@@ -301,7 +301,8 @@ mod program {
         fs::write(at("unnamed.vtk"), field("h", [0.1; 8])).unwrap();
         fs::write(at("zero.vtk"), field("size", [0.0; 8])).unwrap();
         let run = |arguments: &[&str]| {
-            let output = tetcvt(folder.path()).args(["cube.obj", "--iterations", "5"]).args(arguments).output().unwrap();
+            let output =
+                tetcvt(folder.path()).args(["cube.obj", "--iterations", "5"]).args(arguments).output().unwrap();
             (output.status.code(), String::from_utf8(output.stderr).unwrap())
         };
         for (arguments, status, says) in [

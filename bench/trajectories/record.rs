@@ -144,5 +144,6 @@ fn on_surface(surface: &Surface, count: usize) -> Seeds {
         spacing,
         sizing: None,
         relative_size: vec![1.0; surface.points().len()],
+        whole: Vec::new(),
     }
 }

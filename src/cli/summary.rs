@@ -4,8 +4,8 @@ use std::fmt::{self, Display, Formatter};
 
 use crate::delaunay::Breakdown;
 use crate::quality::BIN_DEGREES;
-use crate::tet_mesh::SizeRatio;
 use crate::report::Report;
+use crate::tet_mesh::SizeRatio;
 
 /// Bins of the report that share a line.
 const BINS_A_LINE: usize = 2;

@@ -15,8 +15,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cell::{Cell, Sums};
 use super::Crossing;
+use super::cell::{Cell, Sums};
 use super::crossings::{Crossings, FACET};
 use crate::delaunay::Delaunay;
 

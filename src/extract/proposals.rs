@@ -62,12 +62,7 @@ fn at(sampling: &Sampling, place: DVec3, triangle: u32, near: u32) -> Option<Pro
     let nearest = sampling.complex.nearest(place, near);
     let spacing = sampling.spacing.at(place);
     let size = sampling.complex.points[nearest as usize].distance(place).min(spacing);
-    (size > CROWDED * spacing).then_some(Proposal {
-        place,
-        anchor: Anchor::Surface { triangle },
-        size,
-        replaces: None,
-    })
+    (size > CROWDED * spacing).then_some(Proposal { place, anchor: Anchor::Surface { triangle }, size, replaces: None })
 }
 
 fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {

@@ -30,9 +30,8 @@ impl Places {
             return self.cubes.values().flatten().any(near);
         }
         (low[0]..=high[0]).any(|x| {
-            (low[1]..=high[1]).any(|y| {
-                (low[2]..=high[2]).any(|z| self.cubes.get(&[x, y, z]).is_some_and(|c| c.iter().any(near)))
-            })
+            (low[1]..=high[1])
+                .any(|y| (low[2]..=high[2]).any(|z| self.cubes.get(&[x, y, z]).is_some_and(|c| c.iter().any(near))))
         })
     }
 

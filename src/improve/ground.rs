@@ -44,12 +44,19 @@ impl Tangent {
 pub(super) struct Ground<'a> {
     pub surface: &'a Surface,
     pub features: &'a Features,
+    /// For each crease, whether it is to stay whole.
+    pub whole: &'a [bool],
     limit: f64,
 }
 
 impl<'a> Ground<'a> {
     pub(super) fn new(surface: &'a Surface, features: &'a Features) -> Ground<'a> {
-        Ground { surface, features, limit: STRAY * surface.diagonal() }
+        Ground { surface, features, whole: &[], limit: STRAY * surface.diagonal() }
+    }
+
+    /// The same, with the creases that are to stay whole.
+    pub(super) fn keeping(self, whole: &'a [bool]) -> Ground<'a> {
+        Ground { whole, ..self }
     }
 
     /// A triangle of a smooth part of the surface that holds `p`.

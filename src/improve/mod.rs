@@ -50,6 +50,8 @@ mod measure;
 
 mod outcome;
 
+mod regions;
+
 mod resize;
 
 mod smooth;
@@ -88,7 +90,7 @@ pub fn improve(
     params: &Params,
     observer: &mut dyn Observer,
 ) -> String {
-    let ground = Ground::new(surface, features);
+    let ground = Ground::new(surface, features).keeping(&seeds.whole);
     let mut complex = bind::load(mesh, seeds, &ground);
     let creases = bind::crease_edges(&complex, &ground);
     complex.set_creases(creases.into_iter());

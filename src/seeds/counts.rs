@@ -49,6 +49,8 @@ pub(super) struct Demand<'a> {
     /// Volume, area, integral of mean curvature and of half the Gaussian curvature, each times its power of the relative
     /// sizes: Steiner's coefficients.
     steiner: [f64; 4],
+    /// The area, times the inverse square of the relative sizes.
+    area: f64,
     /// Cells' worth of area around the corners that creases reach.
     corner_cells: f64,
     /// The same for the tips of cones, which no crease reaches.
@@ -107,6 +109,7 @@ impl<'a> Demand<'a> {
             surface,
             features,
             steiner: steiner(surface, sizing, &relative),
+            area: weighted_area(surface, &relative),
             relative,
             needs: Vec::new(),
             corners: Vec::new(),
@@ -133,7 +136,7 @@ impl<'a> Demand<'a> {
     /// The spacing of `count` seeds if there were neither creases nor thin walls.
     pub(super) fn plain_spacing(&self, count: usize) -> f64 {
         let coarsest = 8.0 * self.surface.diagonal();
-        let plain = |h: f64| self.steiner[1] / (HEXAGON * h * h) + self.interior_wanted(h);
+        let plain = |h: f64| self.surface.area() / (HEXAGON * h * h) + self.interior_wanted(h);
         bisect(1e-6 * coarsest, coarsest, |h| plain(h) > count as f64)
     }
 
@@ -155,6 +158,11 @@ impl<'a> Demand<'a> {
     /// The needs of the curves.
     pub(super) fn needs(&self) -> &[CurveNeed] {
         &self.needs
+    }
+
+    /// For each crease, whether the mesh is to have it whole.
+    pub(super) fn whole(&self) -> Vec<bool> {
+        self.needs.iter().map(|n| n.whole).collect()
     }
 
     /// Seeds of kind surface that each shell must get.
@@ -247,7 +255,7 @@ impl<'a> Demand<'a> {
 
     fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
         let mut cells = 0.0;
-        let mut plain = self.steiner[1];
+        let mut plain = self.area;
         for (t, v) in self.surface.triangles().iter().enumerate() {
             let relative = v.map(|v| self.relative[v as usize]);
             if v.iter().zip(relative).all(|(&v, r)| stretch * self.limits[v as usize] >= h * r) {
@@ -405,12 +413,18 @@ fn mean_inverse_square([a, b, c]: [f64; 3]) -> f64 {
 
 /// Coefficients of the volume at depth d: volume - area d + mean d^2 - gauss d^3. An edge whose normals turn by the
 /// angle a counts for its length times tan(a / 2), the exact value of a sharp convex edge and that of a smooth surface
-/// in the limit.
+/// in the limit. Interfaces have a layer on both sides: their area counts twice, and the terms beyond cancel.
 fn steiner(surface: &Surface, sizing: Option<&Sizing>, relative: &[f64]) -> [f64; 4] {
-    let mut mean = 0.0;
+    let (mut mean, mut interfaces) = (0.0, 0.0);
     for pair in edges::sorted(surface.triangles()).chunks_exact(2) {
         let [a, b] = pair[0].0;
         let [t, u] = [0, 1].map(|k| edges::triangle_of(pair[k].1));
+        if surface.is_interface(t) {
+            // Each triangle has three edges.
+            let size = 0.5 * (relative[a as usize] + relative[b as usize]);
+            interfaces += [t, u].map(|t| surface.normal2(t).length() / 6.0).iter().sum::<f64>() / (size * size);
+            continue;
+        }
         let [n, m] = [t, u].map(|t| surface.normal2(t).normalize_or_zero());
         let (p, q) = (surface.points()[a as usize], surface.points()[b as usize]);
         let other = surface.triangles()[u as usize].into_iter().find(|v| *v != a && *v != b);
@@ -420,15 +434,30 @@ fn steiner(surface: &Surface, sizing: Option<&Sizing>, relative: &[f64]) -> [f64
         let size = 0.5 * (relative[a as usize] + relative[b as usize]);
         mean += convex * p.distance(q) * tangent / size;
     }
-    let shells = surface.shell_count() as f64;
     // Cavities turn the other way, but at depths where this term counts they are not what is left.
-    let gauss = 4.0 / 3.0 * std::f64::consts::PI * (shells - surface.genus() as f64);
-    let Some(sizing) = sizing else { return [surface.volume(), surface.area(), mean, gauss] };
+    let gauss = 4.0 / 3.0 * std::f64::consts::PI * shells_less_handles(surface);
+    let volume = sizing.map_or(surface.volume(), |s| s.inverse_cubes(surface));
+    [volume, weighted_area(surface, relative) + interfaces, mean, gauss]
+}
+
+/// The area, times the inverse square of the relative sizes.
+fn weighted_area(surface: &Surface, relative: &[f64]) -> f64 {
+    if relative.iter().all(|&r| r == 1.0) {
+        return surface.area();
+    }
     let area = |(t, v): (u32, &[u32; 3])| {
         0.5 * surface.normal2(t).length() * mean_inverse_square(v.map(|v| relative[v as usize]))
     };
-    let area = (0..).zip(surface.triangles()).map(area).sum();
-    [sizing.inverse_cubes(surface), area, mean, gauss]
+    (0..).zip(surface.triangles()).map(area).sum()
+}
+
+/// Number of shells less that of their handles, interfaces left out: half of Euler's characteristic.
+fn shells_less_handles(surface: &Surface) -> f64 {
+    let triangles = (0..surface.triangles().len()).filter(|&t| !surface.is_interface(t as u32));
+    let mut used = vec![false; surface.points().len()];
+    let faces = triangles.inspect(|&t| surface.triangles()[t].iter().for_each(|&v| used[v as usize] = true)).count();
+    let vertices = used.iter().filter(|&&u| u).count();
+    (vertices as f64 - faces as f64 / 2.0) / 2.0
 }
 
 /// Cells' worth of area around the corners: the angle of their fans over a full turn.

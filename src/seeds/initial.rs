@@ -111,7 +111,8 @@ pub fn from_points(
             binding.settle(Boundary::Conform);
             binding.part(params)?;
             let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-            Ok(binding.into_seeds(Spacing { largest: plan.spacing, field: sizing }, relative_size))
+            let spacing = Spacing { largest: plan.spacing, field: sizing };
+            Ok(binding.into_seeds(spacing, relative_size, demand.whole()))
         }
         Boundary::Free => {
             let volume = sizing.as_ref().map_or(surface.volume(), |s| s.inverse_cubes(surface));
@@ -123,7 +124,7 @@ pub fn from_points(
             binding.settle(Boundary::Free);
             binding.part(params)?;
             let relative_size = sizes.iter().map(|s| s / largest).collect();
-            Ok(binding.into_seeds(spacing, relative_size))
+            Ok(binding.into_seeds(spacing, relative_size, Vec::new()))
         }
     }
 }
@@ -162,7 +163,7 @@ impl<'a> Binding<'a> {
     ) -> Result<Binding<'a>, Error> {
         let tree = surface.tree();
         let closest: Vec<Closest> = positions.par_iter().map(|&p| tree.closest(p)).collect();
-        let inside: Vec<bool> = positions.par_iter().map(|&p| tree.is_inside(p)).collect();
+        let inside: Vec<bool> = positions.par_iter().map(|&p| surface.is_inside(p)).collect();
         let far = |(c, inside): &(&Closest, &bool)| !**inside && c.distance2 > spacing * spacing;
         let strays = closest.iter().zip(&inside).filter(far).count();
         if 2 * strays > positions.len() {
@@ -257,9 +258,11 @@ impl<'a> Binding<'a> {
             return (p, Anchor::Interior);
         }
         let outward = self.surface.normal2(closest.triangle).normalize_or_zero();
-        let below = snap(closest.point - outward * DEPTH * size);
+        // From an interface there are two ways in: the point stays on its side.
+        let in_front = self.surface.is_interface(closest.triangle) && (p - closest.point).dot(outward) > 0.0;
+        let below = snap(closest.point + outward * if in_front { DEPTH * size } else { -DEPTH * size });
         let tree = self.surface.tree();
-        let has_room = tree.is_inside(below) && tree.closest(below).distance2.sqrt() >= SHALLOW * size;
+        let has_room = self.surface.is_inside(below) && tree.closest(below).distance2.sqrt() >= SHALLOW * size;
         match boundary {
             _ if has_room => (below, Anchor::Interior),
             _ if self.inside[i] => (p, Anchor::Interior),
@@ -283,7 +286,7 @@ impl<'a> Binding<'a> {
                         let (position, anchor) = on_surface(&self.surface.tree().closest(there));
                         (self.positions[i], self.anchors[i]) = (position, Some(anchor));
                     }
-                    _ if self.surface.tree().is_inside(there) => self.positions[i] = there,
+                    _ if self.surface.is_inside(there) => self.positions[i] = there,
                     _ => {}
                 }
             }
@@ -324,11 +327,12 @@ impl<'a> Binding<'a> {
             .collect()
     }
 
-    fn into_seeds(self, spacing: Spacing, relative_size: Vec<f64>) -> Seeds {
+    fn into_seeds(self, spacing: Spacing, relative_size: Vec<f64>, whole: Vec<bool>) -> Seeds {
         let bound = |a: Option<Anchor>| a.expect("every point is settled: this is a bug in tetcvt");
         let anchors = self.anchors.into_iter().map(bound).collect();
         let Spacing { largest, field: sizing } = spacing;
-        Seeds { positions: self.positions, anchors, spacing: largest, sizing, relative_size, keep_places: true }
+        let positions = self.positions;
+        Seeds { positions, anchors, spacing: largest, sizing, relative_size, keep_places: true, whole }
     }
 }
 

@@ -122,13 +122,7 @@ fn samples(surface: &Surface, sizes: &[f64], random_seed: u64) -> Vec<Probe> {
 }
 
 /// 2. and 3. The spacing that the sheet opposite a sample allows; `side` is -1 through the solid, 1 through the void.
-fn opposite(
-    surface: &Surface,
-    features: &Features,
-    creases: &Creases,
-    sample: &Probe,
-    side: f64,
-) -> Option<f64> {
+fn opposite(surface: &Surface, features: &Features, creases: &Creases, sample: &Probe, side: f64) -> Option<f64> {
     let direction = side * sample.normal;
     // Past the sample's own triangle, which rounding may put on either side of it.
     let start = 1e-12;

@@ -65,12 +65,7 @@ struct Corner {
 }
 
 impl<'a> Grading<'a> {
-    pub(super) fn new(
-        surface: &'a Surface,
-        asked: &'a Asked<'a>,
-        fine: &'a [(DVec3, f64)],
-        grade: f64,
-    ) -> Grading<'a> {
+    pub(super) fn new(surface: &'a Surface, asked: &'a Asked<'a>, fine: &'a [(DVec3, f64)], grade: f64) -> Grading<'a> {
         let root = Cell { origin: [0; 3], level: 0, first: 0, side: Side::Mixed };
         Grading { surface, asked, fine, grade, cells: vec![root], corners: Vec::new(), index: HashMap::new() }
     }
@@ -139,7 +134,7 @@ impl<'a> Grading<'a> {
         self.surface.tree().near_box(low, low + edge, |_| mixed = true);
         match mixed {
             true => Side::Mixed,
-            false if self.surface.tree().is_inside(low + 0.5 * edge) => Side::Inside,
+            false if self.surface.is_inside(low + 0.5 * edge) => Side::Inside,
             false => Side::Outside,
         }
     }
@@ -177,10 +172,8 @@ impl<'a> Grading<'a> {
         for corner in &mut self.corners {
             (corner.value, corner.source, corner.from) = (corner.asked, corner.asked, place(corner.at));
         }
-        let leaves: Vec<[u32; 8]> = self
-            .leaves()
-            .map(|c| std::array::from_fn(|k| self.index[&self.cells[c].corner(k)]))
-            .collect();
+        let leaves: Vec<[u32; 8]> =
+            self.leaves().map(|c| std::array::from_fn(|k| self.index[&self.cells[c].corner(k)])).collect();
         for &(p, size) in self.fine {
             let cell = self.cells[leaf_at(&self.cells, units(p))];
             for k in 0..8 {

@@ -44,7 +44,11 @@ impl SizeMesh {
         if let Some(i) = self.points.iter().position(|p| !p.is_finite()) {
             return Err(format!("point {i} is not finite"));
         }
-        match self.tets.iter().flatten().find(|&&v| !(self.sizes[v as usize] > 0.0 && self.sizes[v as usize].is_finite()))
+        match self
+            .tets
+            .iter()
+            .flatten()
+            .find(|&&v| !(self.sizes[v as usize] > 0.0 && self.sizes[v as usize].is_finite()))
         {
             Some(&v) => Err(format!("the size of point {v} is {}, not a positive number", self.sizes[v as usize])),
             None => Ok(()),
@@ -140,8 +144,7 @@ impl<'a> Located<'a> {
             let node = &self.nodes[node as usize];
             if node.count == 0 {
                 let children = [node.first, node.first + 1].map(|n| (distance2(&self.nodes[n as usize].bounds, p), n));
-                let [near, far] =
-                    if children[0].0 <= children[1].0 { children } else { [children[1], children[0]] };
+                let [near, far] = if children[0].0 <= children[1].0 { children } else { [children[1], children[0]] };
                 stack.extend([far, near]);
                 continue;
             }

@@ -268,7 +268,7 @@ impl<'a> Asked<'a> {
         if size.is_finite() && size > 0.0 {
             return Ok((size * frame.scale).min(self.cap));
         }
-        if self.surface.tree().is_inside(p) || self.surface.tree().closest(p).distance2 == 0.0 {
+        if self.surface.is_inside(p) || self.surface.tree().closest(p).distance2 == 0.0 {
             let [x, y, z] = at.to_array();
             let reason = format!("the size at ({x}, {y}, {z}), in the solid, is {size}, not a positive number");
             return Err(refused("size-field", reason));

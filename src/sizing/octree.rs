@@ -152,7 +152,7 @@ impl Octree {
                     let value = of(trilinear(&leaf.sizes, t)) * volume;
                     match leaf.side {
                         Side::Inside => sum[0] += value,
-                        _ if surface.tree().is_inside(leaf.origin + t * leaf.edge) => {
+                        _ if surface.is_inside(leaf.origin + t * leaf.edge) => {
                             sum[1] += value;
                             sum[2] += volume;
                         }

@@ -34,6 +34,8 @@ struct Split {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     origin: Vec<u32>,
+    /// The edges on lines, each with its lower end first, ascending.
+    lines: Vec<[u32; 2]>,
 }
 
 impl Surface {
@@ -44,16 +46,19 @@ impl Surface {
             points: self.points.clone(),
             triangles: self.triangles.clone(),
             origin: (0..self.triangles.len() as u32).collect(),
+            lines: self.lines.clone(),
         };
         while split.triangles.len() < MOST && split.halve(&too_long) {}
-        let Split { points, triangles, origin } = split;
+        let Split { points, triangles, origin, lines } = split;
         let of = |numbers: &[u32]| origin.iter().map(|&t| numbers[t as usize]).collect();
         Surface {
             tree: BoxTree::build(&points, &triangles),
             source: of(&self.source),
             patch: of(&self.patch),
             shell: of(&self.shell),
-            solid_of_shell: self.solid_of_shell.clone(),
+            lines,
+            shells: self.shells.clone(),
+            has_interfaces: self.has_interfaces,
             frame: self.frame,
             notes: self.notes.clone(),
             volume: self.volume,
@@ -80,17 +85,26 @@ impl Split {
             .collect();
         let marks = self.with_longest(&pairs, long);
         let mut at_edge = vec![NONE; 3 * self.triangles.len()];
-        let mut any = false;
+        let (mut any, mut halves) = (false, Vec::new());
         for (pair, _) in pairs.iter().zip(marks).filter(|(_, marked)| *marked) {
             let [p, q] = pair[0].0.map(|v| self.points[v as usize]);
             let middle = snap((p + q) * 0.5);
             if middle != p && middle != q {
                 any = true;
-                pair.iter().for_each(|e| at_edge[e.1 as usize] = self.points.len() as u32);
+                let (end, between) = (pair[0].0, self.points.len() as u32);
+                if let Ok(at) = self.lines.binary_search(&end) {
+                    halves.push((at, end, between));
+                }
+                pair.iter().for_each(|e| at_edge[e.1 as usize] = between);
                 self.points.push(middle);
             }
         }
         // 2.
+        for (at, [lower, upper], between) in halves {
+            self.lines[at] = [lower, between];
+            self.lines.push([upper, between]);
+        }
+        self.lines.sort_unstable();
         if any {
             let old = std::mem::take(&mut self.triangles);
             let origins = std::mem::take(&mut self.origin);

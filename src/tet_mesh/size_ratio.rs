@@ -24,8 +24,7 @@ impl SizeRatio {
     pub(crate) fn of(mesh: &TetMesh, seeds: &Seeds, surface: &Surface) -> Option<SizeRatio> {
         seeds.sizing.as_ref()?;
         let spacing = seeds.spacings();
-        let points: Vec<_> =
-            mesh.points.iter().map(|&p| (p - surface.frame().shift) * surface.frame().scale).collect();
+        let points: Vec<_> = mesh.points.iter().map(|&p| (p - surface.frame().shift) * surface.frame().scale).collect();
         let mut edges: Vec<[u32; 2]> = mesh
             .tets
             .iter()
