@@ -316,16 +316,16 @@ fn no_sizes() -> Error {
 fn count_for(demand: &Demand, size: Size) -> Result<usize, Error> {
     match size {
         Size::Count(n) => Ok(n),
-        Size::Length(h) => checked_count(demand.count_for(h)),
+        Size::Length(h) => checked_count(demand.count_for(h), demand.is_even()),
     }
 }
 
-fn checked_count(count: f64) -> Result<usize, Error> {
+fn checked_count(count: f64, even: bool) -> Result<usize, Error> {
     if count <= MOST_SEEDS as f64 {
         return Ok(count as usize);
     }
     let reason = format!("edges so short need more than {MOST_SEEDS} vertices");
-    Err(Error::Parameter { option: "edge", reason })
+    Err(Error::Parameter { option: if even { "edge" } else { "size-field" }, reason })
 }
 
 /// Seeds on corners, creases and the surface.
@@ -397,7 +397,7 @@ fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> 
 fn free(surface: &Surface, params: &Params, sizing: Option<Arc<Sizing>>) -> Result<Seeds, Error> {
     // With sizes over the largest to the power of -3.
     let volume = sizing.as_ref().map_or(surface.volume(), |s| s.inverse_cubes(surface));
-    let count_at = |h: f64| checked_count((volume / (counts::CELL * h * h * h)).round().max(4.0));
+    let count_at = |h: f64| checked_count((volume / (counts::CELL * h * h * h)).round().max(4.0), sizing.is_none());
     let count = match (params.target, &sizing) {
         (Target::Count(n), _) => n,
         (_, Some(sizing)) => count_at(MEAN_OVER_MEDIAN * sizing.largest())?,
