@@ -262,7 +262,10 @@ mod tests {
             let ((up, direction), (down, _)) = (moved(step), moved(-step));
             let measured = (up - down) / (2.0 * step);
             let claimed = here.gradient[i].dot(direction);
-            assert!((measured - claimed).abs() < tolerance * scale, "kind {kind}: {measured} against {claimed}, {scale}");
+            assert!(
+                (measured - claimed).abs() < tolerance * scale,
+                "kind {kind}: {measured} against {claimed}, {scale}"
+            );
             tested[kind] += 1;
         }
         assert!(tested.iter().all(|&n| n > 0), "{tested:?}");
