@@ -163,17 +163,19 @@ fn sizes_are_the_largest_below_those_asked_for_that_grow_slowly() {
         let frame = *surface.frame();
         let at = |p: DVec3| frame.length_to_model(sizing.at(frame.to_frame(p)));
         let mut rng = Rng(7);
-        let (mut steepest, mut farthest) = (0.0f64, 0.0f64);
+        let (mut steepest, mut farthest, mut mean) = (0.0f64, 0.0f64, 0.0);
         for _ in 0..3000 {
             let p = rng.point() + 0.5;
             let expected = (0.02 + grade * (p.distance(center) - 0.1).max(0.0)).min(0.22);
-            farthest = farthest.max((at(p) / expected - 1.0).abs());
+            let off = (at(p) / expected - 1.0).abs();
+            (farthest, mean) = (farthest.max(off), mean + off / 3000.0);
             let q = p.lerp(rng.point() + 0.5, 0.2);
             steepest = steepest.max((at(p) - at(q)).abs() / (p.distance(q) + 1e-3));
         }
-        // The step lets the field leave the ball a little later than at its radius.
-        assert!(farthest < 0.12, "{grade}: {farthest}");
-        assert!(steepest < 1.2 * grade, "{grade}: {steepest}");
+        // The step is finer than leaves are, which are about as large as sizes: it is found to within one of them.
+        assert!(mean < 0.05 && farthest < 0.5, "{grade}: {mean} {farthest}");
+        // In a leaf each coordinate for itself grows no faster.
+        assert!(steepest < 1.75 * grade, "{grade}: {steepest}");
     }
 }
 

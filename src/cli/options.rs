@@ -43,6 +43,8 @@ Examples:
       edges of 2 % of the diagonal, files where you want them, and a report
   tetcvt part.obj -o part.msh --second-order --surface part.stl
       curved tets for Gmsh, with groups for regions and patches, and the boundary as STL
+  tetcvt part.obj --size-field '0.5 + 0.1*x' --edge 2
+      edges that grow with x, none over 2 long
   tetcvt frame2.obj --init frame1.vtu
       the mesh of frame 1 carried over to frame 2 of a motion, vertex by vertex";
 
@@ -70,12 +72,11 @@ pub(super) struct Options {
     #[arg(long, value_name = "L|L%", help_heading = "Size", value_parser = edge, allow_hyphen_values = true)]
     edge: Option<Target>,
 
-    /// Edge lengths over space: an expression in x, y, z such as '0.02 + 0.1*x', or a mesh of tets (.vtu, .vtk) with point data
-    /// `size`; with --seeds relative, with --edge no longer than that
+    /// Edge lengths: an expression in x, y, z, or a mesh with point data `size`; with --seeds relative
     #[arg(long, value_name = "EXPR|FILE", help_heading = "Size", allow_hyphen_values = true)]
     size_field: Option<String>,
 
-    /// Edges follow the curvature of the surface, K of them to its radius [K: 4]; with --seeds relative
+    /// Edges are the radius of curvature over K [K: 4], at most 5 % of the diagonal; with --seeds relative
     #[arg(
         long,
         value_name = "K",
