@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::extract::{Proposal, Sampling};
+use crate::geometry::places::Places;
 use crate::geometry::tetrahedron::FACETS;
 use crate::geometry::triangle::{centroid, normal2};
 use crate::seeds::Anchor;
@@ -44,12 +45,14 @@ pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     losses.sort_by(|a, b| b.volume.abs().total_cmp(&a.volume.abs()));
     let most = (MOST * sampling.kinds.len() as f64) as usize;
     let mut chosen: Vec<Proposal> = Vec::new();
+    let mut places = Places::new(losses.get(losses.len() / 2).map_or(1.0, |l| l.proposal.size));
     for loss in losses {
         let Loss { proposal, volume, account } = loss;
         if chosen.len() >= most {
             break;
         }
-        if excess[account] > 0.0 && chosen.iter().all(|c| c.place.distance(proposal.place) > proposal.size) {
+        if excess[account] > 0.0 && !places.any_within(proposal.place, proposal.size) {
+            places.insert(proposal.place);
             chosen.push(proposal);
             excess[account] -= GAIN * volume.abs();
         }

@@ -54,6 +54,9 @@ mod moments;
 // Energy, kinds of seeds, determinism, stopping.
 mod relax;
 
+// Sizes that vary.
+mod sizes;
+
 // Creases in the mesh.
 mod creases;
 

@@ -23,6 +23,8 @@ pub(super) fn estimate(params: &Params, surface: &Surface) -> f64 {
         Target::Count(n) => n as f64,
         Target::Edge(l) => by_edge(l * surface.frame().scale),
         Target::RelativeEdge(share) => by_edge(share * surface.diagonal()),
+        // Not before these are known.
+        Target::Sizes => 0.0,
     };
     // More is refused.
     let vertices = vertices.min(MOST_SEEDS as f64);

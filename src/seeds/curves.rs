@@ -27,10 +27,14 @@ pub(super) struct CurveNeed {
     pub(super) least: usize,
 }
 
-/// The needs of every curve of `features`, and the corners that are kept, where the spacing is about `spacing`.
-pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Vec<CurveNeed>, Vec<u32>) {
-    let networks = Networks::of(surface, features, spacing);
-    let corners = networks.corners(surface, features, spacing);
+/// The needs of every curve of `features`, and the corners that are kept, where the spacing at a vertex is about `spacing`.
+pub(super) fn needs(
+    surface: &Surface,
+    features: &Features,
+    spacing: impl Fn(u32) -> f64,
+) -> (Vec<CurveNeed>, Vec<u32>) {
+    let networks = Networks::of(surface, features, &spacing);
+    let corners = networks.corners(surface, features, &spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
     let need = |c: &Curve| {
@@ -45,7 +49,7 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
         };
         let Network { kept, whole, .. } = networks.at(pair.0);
         let whole = whole || c.is_given;
-        let may_collapse = c.length() <= if whole { LEAST_DETAIL } else { 0.5 } * spacing;
+        let may_collapse = steps(c, &spacing) <= if whole { LEAST_DETAIL } else { 0.5 };
         let least = if kept && !may_collapse { least } else { 0 };
         CurveNeed { kept, whole: kept && whole, closed: closed && least > 0, least }
     };

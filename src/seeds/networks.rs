@@ -4,7 +4,8 @@
 //! of a design run into each other or close up, or are few among many that do. The mesh has the latter whole, however fine
 //! they are; of the former it follows what the spacing resolves.
 
-use super::grid::CellGrid;
+use super::curves::{crowded, steps};
+use super::grid::{CellGrid, typical};
 use crate::disjoint_sets::DisjointSets;
 use crate::surface::Surface;
 use crate::surface::features::{Curve, Features};
@@ -26,6 +27,7 @@ pub(super) const LEAST_DETAIL: f64 = 0.25;
 /// What is known of a network.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Network {
+    /// In spacings.
     length: f64,
     /// Whether a crease of it ends where no other begins.
     is_loose: bool,
@@ -52,8 +54,8 @@ pub(super) fn ends(c: &Curve) -> (u32, u32) {
 }
 
 impl Networks {
-    /// The networks of `features`, where the spacing is about `spacing`.
-    pub(super) fn of(surface: &Surface, features: &Features, spacing: f64) -> Networks {
+    /// The networks of `features`, where the spacing at a vertex is about `spacing`.
+    pub(super) fn of(surface: &Surface, features: &Features, spacing: impl Fn(u32) -> f64) -> Networks {
         let vertices = surface.points().len();
         let mut joined = DisjointSets::new(vertices);
         let mut ends_at = vec![0u32; vertices];
@@ -68,16 +70,16 @@ impl Networks {
         for c in &features.curves {
             let (a, b) = ends(c);
             let network = &mut all[root[a as usize] as usize];
-            network.length += c.length();
+            network.length += steps(c, &spacing);
             network.is_loose |= ends_at[a as usize] == 1 || ends_at[b as usize] == 1;
             network.is_given |= c.is_given;
         }
-        let is_noise = |n: &Network| n.length < if n.is_loose { LOOSE } else { RESOLVED } * spacing;
+        let is_noise = |n: &Network| n.length < if n.is_loose { LOOSE } else { RESOLVED };
         // What the user asked for is kept in any case, and says nothing of the rest.
         let noise: f64 = all.iter().filter(|n| !n.is_given && is_noise(n)).map(|n| n.length).sum();
-        let own = features.curves.iter().filter(|c| !c.is_given).map(Curve::length);
+        let own = features.curves.iter().filter(|c| !c.is_given).map(|c| steps(c, &spacing));
         let designed = noise <= DETAILS * own.sum::<f64>();
-        let least = if designed { LEAST_DETAIL } else { RESOLVED } * spacing;
+        let least = if designed { LEAST_DETAIL } else { RESOLVED };
         for n in &mut all {
             n.kept = n.is_given || n.length >= least;
             n.whole = n.kept && (designed || !n.is_loose);
@@ -92,7 +94,7 @@ impl Networks {
 
     /// The corners that are kept: those of networks that are, and tips of cones; but for those that crowd another, of which the
     /// one where three creases or more meet comes first, then tips and the lower index.
-    pub(super) fn corners(&self, surface: &Surface, features: &Features, spacing: f64) -> Vec<u32> {
+    pub(super) fn corners(&self, surface: &Surface, features: &Features, spacing: impl Fn(u32) -> f64) -> Vec<u32> {
         let ends_at = |v: u32| self.ends_at[v as usize];
         let rank = |v: u32| match ends_at(v) {
             3.. => 0,
@@ -103,16 +105,14 @@ impl Networks {
             features.corners.iter().copied().filter(|&v| ends_at(v) == 0 || self.at(v).kept).collect();
         corners.sort_by_key(|&v| (rank(v), v));
         let positions: Vec<_> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
-        let reach = |v: u32| super::curves::crowded(self.at(v).whole) * spacing;
-        let widest = corners.iter().map(|&v| reach(v)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-        let grid = CellGrid::new(&positions, 2.0 * widest);
+        let reach: Vec<f64> = corners.iter().map(|&v| crowded(self.at(v).whole) * spacing(v)).collect();
+        let grid = CellGrid::new(&positions, 2.0 * typical(&reach));
         let mut stays = vec![true; corners.len()];
         for i in 0..corners.len() {
-            let reach = reach(corners[i]);
             let mut crowded = false;
-            grid.near(positions[i], reach, |j| {
+            grid.near(positions[i], reach[i], |j| {
                 let j = j as usize;
-                crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach;
+                crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach[i];
             });
             stays[i] = !crowded;
         }

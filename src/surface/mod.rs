@@ -26,6 +26,8 @@ mod orient;
 
 mod ray;
 
+mod refined;
+
 mod repair;
 
 mod soup;

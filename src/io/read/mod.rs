@@ -27,6 +27,8 @@ mod off;
 
 mod ply;
 
+mod sizes;
+
 mod stl;
 
 mod strip;
@@ -41,6 +43,7 @@ mod words;
 
 pub use initial::{parse_initial, read_initial};
 pub use lines::{parse_lines, read_lines};
+pub use sizes::read_sizes;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
