@@ -18,7 +18,8 @@ const LONGEST: usize = 10_000;
 
 /// A parsed expression.
 pub(super) struct Expression {
-    parsed: FlatEx<f64>,
+    /// In a box, as it holds some twenty thousand bytes in itself.
+    parsed: Box<FlatEx<f64>>,
     /// For each of its variables, the coordinate.
     axes: Vec<usize>,
 }
@@ -38,7 +39,7 @@ impl Expression {
             })
         };
         let axes = parsed.var_names().iter().map(axis).collect::<Result<_, _>>()?;
-        Ok(Expression { parsed, axes })
+        Ok(Expression { parsed: Box::new(parsed), axes })
     }
 
     /// Its value; not a number where it has none.
