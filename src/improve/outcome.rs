@@ -28,7 +28,7 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground, patch:
         mesh.points[to] = surface.frame().to_model(complex.points[v]);
         match complex.freedom[v] {
             Freedom::Inside => mesh.kinds[to] = SeedKind::Interior,
-            Freedom::Surface(_) => mesh.kinds[to] = SeedKind::Surface,
+            Freedom::Surface(_) | Freedom::Held(_) => mesh.kinds[to] = SeedKind::Surface,
             Freedom::Curve(..) | Freedom::Knot(..) => mesh.kinds[to] = SeedKind::Curve,
             Freedom::Fixed => {}
         }
