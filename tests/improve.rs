@@ -71,6 +71,24 @@ fn models_reach_the_floor_and_keep_what_they_had() {
 }
 
 #[test]
+fn the_volume_is_preserved_where_asked_for() {
+    for (name, count) in [("bunny", 3000), ("torus", 1000), ("cube", 500)] {
+        let surface = surface(name);
+        let (on_surface, plain) = meshed(&surface, &params(count));
+        let (mesh, report) = meshed(&surface, &Params { preserve_volume: true, ..params(count) });
+        assert!(report.volume_error.abs() < 1e-4, "{name}: {} from {}", report.volume_error, plain.volume_error);
+        let [was, is] = [plain.hausdorff, report.hausdorff];
+        assert!(is <= was * 1.001, "{name}: Hausdorff distance {is} from {was}");
+        assert!(report.min_dihedral >= plain.min_dihedral.min(35.0) - 1e-4, "{name}: {}", report.min_dihedral);
+        assert_eq!(mesh.tets, on_surface.tets, "{name}");
+        for v in 0..count {
+            let stays = mesh.kinds[v] != SeedKind::Surface || name == "cube";
+            assert!(!stays || mesh.points[v] == on_surface.points[v], "{name}: vertex {v}");
+        }
+    }
+}
+
+#[test]
 fn bodies_stay_apart() {
     let surface = surface("two_bodies");
     let (before, _) = meshed(&surface, &Params { improve: false, ..params(1500) });

@@ -12,7 +12,8 @@
 //! 4. The boundary is brought closer to the surface where it strays most (`follow.rs`).
 //! 5. For the few tets that are stuck (`endgame.rs`): flips, contractions and splits of edges, each with its surroundings
 //!    improved anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
-//! 6. Step 4 again, where no tet loses by it.
+//! 6. A last polish, and step 4 again, where no tet loses by it.
+//! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
 //! where it would outweigh the rest: it is counted in tets treated, the same everywhere.
@@ -59,6 +60,8 @@ mod resize;
 mod smooth;
 
 mod stars;
+
+mod volume;
 
 use complex::Complex;
 use floor::Worklist;
@@ -108,11 +111,13 @@ pub fn improve(
     let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
     passes(&mut complex, &ground, &mut work, mesh.points.len(), observer);
+    let kept = params.preserve_volume.then(|| volume::preserve(&mut complex, &ground));
     let improved = outcome::store(mesh, &complex, &ground, patch);
     match improved.check() {
         Ok(()) => {
             *mesh = improved;
-            outcome::describe(&complex, &ground, params.min_dihedral)
+            let reached = outcome::describe(&complex, &ground, params.min_dihedral);
+            kept.map_or(reached.clone(), |k| format!("{reached}; {}", outcome::describe_volume(&k, &ground)))
         }
         // In the model's coordinates, far from their origin, a tet may be flat that is not in the frame.
         Err(broken) => format!("left as it was: {broken}"),
@@ -167,6 +172,7 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         work.run(complex, loose, all);
     }
     // 6.
+    work.polish(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
     goes_on(complex);
 }

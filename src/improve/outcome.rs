@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::complex::{Complex, Freedom, NONE};
 use super::ground::Ground;
-use super::{endgame, measure};
+use super::{endgame, measure, volume};
 use crate::geometry::tetrahedron::{self, EDGES};
 use crate::seeds::SeedKind;
 use crate::tet_mesh::{BoundaryTriangle, TetMesh};
@@ -83,6 +83,15 @@ pub(super) fn describe(complex: &Complex, ground: &Ground, floor: f64) -> String
         place.y,
         place.z,
         reason(complex, worst)
+    )
+}
+
+/// What became of the volume, for a human.
+pub(super) fn describe_volume(outcome: &volume::Outcome, ground: &Ground) -> String {
+    format!(
+        "vertices of the boundary left the surface by up to {:.3} % of the diagonal, for a volume within {:.0e}",
+        100.0 * outcome.farthest / ground.surface.diagonal(),
+        outcome.error.abs().max(1e-6)
     )
 }
 
