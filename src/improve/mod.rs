@@ -73,7 +73,7 @@ const POLISH_ROUNDS: usize = 2;
 /// Tets that the endgames treat at most, all together and the first: shares of all, and not fewer than these.
 const ENDGAME_SHARE: f64 = 0.6;
 const FIRST_ENDGAME_SHARE: f64 = 0.2;
-const ENDGAME_LEAST: usize = 20_000;
+const ENDGAME_LEAST: usize = 4_000;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
 const STRAYS: f64 = 0.1;
@@ -165,6 +165,7 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         endgame::run(complex, loose, work, (game == 0, until));
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
+            work.forget();
         }
         work.polish(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
@@ -183,5 +184,6 @@ fn draw_closer(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (cou
     follow::run(complex, ground, work, lack);
     if !endgame::restore_count(complex, ground, work, count) {
         *complex = before;
+        work.forget();
     }
 }
