@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::delaunay::DelaunayError;
 use crate::surface::defects::{Defect, coordinates};
+use crate::surface::imprint::LineError;
 
 /// Why a run ended without a mesh: cause, place, and the way out.
 #[derive(Debug, thiserror::Error)]
@@ -36,6 +37,9 @@ pub enum Error {
     /// A surface that does not bound a solid.
     #[error("the surface cannot be meshed: {0}")]
     Surface(#[from] Defect),
+    /// A line of the user's that is not on the surface.
+    #[error("--features: {0}")]
+    Line(#[from] LineError),
     /// Points that have no Delaunay triangulation.
     #[error(transparent)]
     Delaunay(#[from] DelaunayError),
@@ -67,7 +71,7 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         match self {
             Error::Surface(_) | Error::Delaunay(_) => 1,
-            Error::Parameter { .. } => 2,
+            Error::Parameter { .. } | Error::Line(_) => 2,
             Error::Read { .. } => 3,
             Error::Write { .. } => 4,
             Error::TooFewSeeds { .. } | Error::Broken(_) => 5,

@@ -129,6 +129,7 @@ fn mesh(
         mesh.improved = improve::improve(&mut mesh, relaxation.seeds(), (surface, &features, patch), params, observer);
     }
     let improve_s = started.elapsed().as_secs_f64();
+    mesh.turn_interfaces(|region| surface.depth_of_shell(region));
 
     mesh.stopped = describe(stopped, params);
     (mesh.steps, mesh.times) = relaxation.into_record();

@@ -35,7 +35,7 @@ const FIDELITY_SMOOTHING: usize = 2;
 /// Rounds that also split the edges of creases that the mesh lacks.
 const CREASE_ROUNDS: usize = 10;
 
-/// Such edges are split while they are at most one for so many seeds, and a few.
+/// Edges of creases that are noise are split while they are at most one for so many seeds, and a few.
 const MOST_SPLITS: usize = 250;
 const FEW_SPLITS: usize = 8;
 
@@ -90,7 +90,6 @@ pub fn until_valid(
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
     let mut best = (usize::MAX, 0);
-    let mut crease_rounds = CREASE_ROUNDS;
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
@@ -105,13 +104,8 @@ pub fn until_valid(
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
-        let mut splits =
-            if round < crease_rounds && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
-        if splits.len() > kinds.len() / MOST_SPLITS + FEW_SPLITS {
-            // Creases crowd: splitting one would take the next one's edges.
-            crease_rounds = 0;
-            splits.clear();
-        }
+        let splits =
+            if round < CREASE_ROUNDS && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
         proposals.extend_from_slice(&splits);
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
@@ -149,7 +143,8 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     found
 }
 
-/// Where to put seeds on creases that the boundary of the tets `inside` does not contain.
+/// Where to put seeds on creases that the boundary of the tets `inside` does not contain. Where creases that are noise
+/// crowd they are let be: splitting one would take the next one's edges.
 fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     let boundary = extract::boundary::Boundary::of(&sampling.complex, inside);
     let mut edges: Vec<[u32; 2]> = boundary
@@ -160,7 +155,12 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<
         .collect();
     edges.sort_unstable();
     edges.dedup();
-    let splits = relaxation.crease_splits(|a, b| edges.binary_search(&[a.min(b), a.max(b)]).is_ok());
+    let mut splits = relaxation.crease_splits(|a, b| edges.binary_search(&[a.min(b), a.max(b)]).is_ok());
+    let whole = &relaxation.seeds().whole;
+    let is_whole = |anchor: &Anchor| anchor.curve().is_some_and(|c| whole.get(c as usize) == Some(&true));
+    if splits.iter().filter(|s| !is_whole(&s.1)).count() > sampling.kinds.len() / MOST_SPLITS + FEW_SPLITS {
+        splits.retain(|s| is_whole(&s.1));
+    }
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
 }
 

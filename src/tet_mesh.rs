@@ -3,17 +3,17 @@
 use glam::DVec3;
 
 use crate::delaunay::Breakdown;
-use crate::geometry::tetrahedron::{self, FACETS};
+use crate::geometry::tetrahedron;
 use crate::geometry::triangle;
 use crate::progress::Step;
 use crate::seeds::SeedKind;
 
 mod check;
 
-/// A facet of the mesh's boundary.
+/// A facet of the mesh's boundary, or of an interface between two of its regions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoundaryTriangle {
-    /// Vertices of the mesh, counter-clockwise seen from outside.
+    /// Vertices of the mesh, counter-clockwise seen from outside; of an interface, from outside the region within.
     pub vertices: [u32; 3],
     /// The region behind it.
     pub region_inside: u32,
@@ -55,9 +55,9 @@ pub struct TetMesh {
     pub seeds: Vec<u32>,
     /// Positively oriented tets: det[b - a, c - a, d - a] > 0, in `f64` arithmetic too.
     pub tets: Vec<[u32; 4]>,
-    /// The solid that each tet belongs to.
+    /// The region that each tet belongs to.
     pub regions: Vec<u32>,
-    /// The boundary: closed and manifold.
+    /// The boundary and the interfaces between regions: closed and manifold.
     pub boundary: Vec<BoundaryTriangle>,
     /// What each iteration did.
     pub steps: Vec<Step>,
@@ -85,7 +85,7 @@ impl TetMesh {
             .sum()
     }
 
-    /// Area of the boundary, in model units.
+    /// Area of the boundary and of interfaces, in model units.
     pub fn area(&self) -> f64 {
         self.boundary
             .iter()
@@ -101,32 +101,22 @@ impl TetMesh {
         self.kinds.iter().filter(|&&k| k == kind).count()
     }
 
-    /// The facets that belong to one tet only, each as its tet and its vertices, counter-clockwise seen from outside;
-    /// ordered by tet. Found anew from the tets.
-    pub fn single_facets(&self) -> Vec<(u32, [u32; 3])> {
-        let mut facets: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(4 * self.tets.len());
-        for (t, tet) in self.tets.iter().enumerate() {
-            for (i, facet) in FACETS.iter().enumerate() {
-                let mut key = facet.map(|k| tet[k]);
-                key.sort_unstable();
-                facets.push((key, t as u32, i as u8));
+    /// Turns the triangles of interfaces so that the region within, which is deeper than the other, is behind them.
+    pub(crate) fn turn_interfaces(&mut self, depth: impl Fn(u32) -> u32) {
+        for facet in self.boundary.iter_mut().filter(|f| f.region_outside >= 0) {
+            let outside = facet.region_outside as u32;
+            if depth(facet.region_inside) < depth(outside) {
+                facet.vertices.swap(1, 2);
+                (facet.region_inside, facet.region_outside) = (outside, facet.region_inside as i32);
             }
         }
-        facets.sort_unstable();
-        let mut single: Vec<(u32, [u32; 3])> = facets
-            .chunk_by(|a, b| a.0 == b.0)
-            .filter(|same| same.len() == 1)
-            .map(|same| (same[0].1, FACETS[same[0].2 as usize].map(|k| self.tets[same[0].1 as usize][k])))
-            .collect();
-        single.sort_unstable();
-        single
     }
 
     /// Verifies every invariant of the mesh; names the first violation.
     ///
     /// Volumes are positive as `f64` arithmetic has them, every vertex is used, no facet has more than two tets, the
-    /// boundary is the facets that have one, outward, closed and manifold at every edge and vertex, and regions change
-    /// nowhere but there.
+    /// boundary is the facets that have one and those between two regions, each once, with the regions on their sides, and
+    /// closed and manifold at every edge and vertex.
     pub fn check(&self) -> Result<(), String> {
         check::check(self)
     }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
-use tetcvt::surface::Mending;
 use tetcvt::surface::defects::{Defect, Flaw, Marks, Shape as MarkShape};
+use tetcvt::surface::{Mending, Regions, Treatment};
 use tetcvt::{Surface, io};
 
 use crate::shapes::{self, Shape};
@@ -13,7 +13,8 @@ use crate::support::Rng;
 fn build(shape: &Shape, mending: Mending, marks: &mut Marks) -> Result<Surface, Defect> {
     let triangles = shape.triangles();
     let source: Vec<u32> = (0..triangles.len() as u32).collect();
-    Surface::build(&shape.points, &triangles, [&source, &vec![0; triangles.len()]], mending, marks)
+    let treatment = Treatment { mending, regions: Regions::Parity };
+    Surface::build(&shape.points, &triangles, [&source, &vec![0; triangles.len()]], treatment, marks)
 }
 
 fn repaired(shape: &Shape) -> Result<Surface, Defect> {
@@ -217,7 +218,9 @@ fn walls_sheets_and_copies_go() {
 fn repair_leaves_sound_surfaces_alone_and_never_lets_a_bad_one_pass() {
     for (name, text) in shapes::models() {
         let soup = io::read::parse(text.as_bytes(), Path::new(name)).expect(name);
-        let surface = soup.check_mended(Mending::Repair, &mut Marks::default()).expect(name);
+        let surface = soup
+            .check_as(Treatment { mending: Mending::Repair, ..Treatment::default() }, &mut Marks::default())
+            .expect(name);
         assert!(surface.notes().is_empty(), "{name}: {:?}", surface.notes());
     }
     let mut rng = Rng(23);

@@ -428,6 +428,7 @@ impl Sampled {
         ClippedVoronoi {
             cells: Vec::new(),
             inside: inside.collect(),
+            odd: None,
             crossings: Vec::new(),
             adjacency: self.delaunay.adjacency(),
         }
@@ -461,7 +462,8 @@ fn whole(name: &str, sampled: &Sampled) -> TetMesh {
 #[test]
 fn sampled_models_become_meshes_with_their_topology() {
     for (name, surface) in models() {
-        let solids = *surface.solid_of_shell().iter().max().unwrap() + 1;
+        let shells = 0..surface.shell_count() as u32;
+        let solids = shells.map(|s| surface.solid_of_shell(s)).max().unwrap() + 1;
         let volume = surface.frame().length_to_model(1.0).powi(3) * surface.volume();
         let triangles = surface.triangles().len() as u32;
         let sampled = Sampled::new(surface, 2000);

@@ -57,6 +57,9 @@ mod relax;
 // Creases in the mesh.
 mod creases;
 
+// Lines of the user's on the surface, and in the mesh.
+mod lines;
+
 // Meshes from the points of earlier ones.
 mod init;
 
@@ -97,6 +100,10 @@ mod output_formats;
 
 // One mesh at any scale and offset.
 mod scale;
+
+// Beside other meshers.
+#[cfg(feature = "cli")]
+mod peers;
 
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]

@@ -6,10 +6,25 @@ use tetcvt::delaunay::{Delaunay, DelaunayError, Facet, Relocation};
 
 use crate::support::*;
 
-/// Moves, and compares with a triangulation built of the same points: tets or errors alike. Returns none for an error.
+/// Moves, and compares with a triangulation built of the same points.
 fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocation> {
-    let before = (delaunay.points().to_vec(), delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
-    match (delaunay.relocate(to), Delaunay::build(to)) {
+    follow_by(delaunay, |d| d, |d| d.relocate(to), to, what)
+}
+
+/// Moves what has a triangulation, and compares that with one built of the same points: tets or errors alike. Returns none
+/// for an error.
+pub fn follow_by<T>(
+    moving: &mut T,
+    delaunay: impl Fn(&T) -> &Delaunay,
+    relocate: impl FnOnce(&mut T) -> Result<Relocation, DelaunayError>,
+    to: &[DVec3],
+    what: &str,
+) -> Option<Relocation> {
+    let parts = |d: &Delaunay| (d.points().to_vec(), d.vertices().to_vec(), d.neighbors().to_vec());
+    let before = parts(delaunay(moving));
+    let moved = relocate(moving);
+    let delaunay = delaunay(moving);
+    match (moved, Delaunay::build(to)) {
         (Ok(report), Ok(built)) => {
             delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
             assert_eq!(delaunay.points(), built.points(), "{what}");
@@ -20,8 +35,7 @@ fn follow(delaunay: &mut Delaunay, to: &[DVec3], what: &str) -> Option<Relocatio
         (Err(error), Err(expected)) => {
             // Two points that are not numbers are not equal.
             assert_eq!(format!("{error:?}"), format!("{expected:?}"), "{what}");
-            let after = (delaunay.points().to_vec(), delaunay.vertices().to_vec(), delaunay.neighbors().to_vec());
-            assert!(before == after, "{what}: changed in spite of {error}");
+            assert!(before == parts(delaunay), "{what}: changed in spite of {error}");
             None
         }
         (got, expected) => panic!("{what}: {got:?} in place of {expected:?}"),

@@ -11,7 +11,7 @@ use tetcvt::params::Target;
 use tetcvt::progress::{Flow, Step};
 use tetcvt::{Observer, Params, tetrahedralize};
 
-use crate::relocation::{motions, smoothed, starts};
+use crate::relocation::{follow_by, motions, smoothed, starts};
 use crate::shapes::Shape;
 use crate::support::*;
 
@@ -21,33 +21,10 @@ fn all(points: &[DVec3]) -> Vec<Updater> {
     Method::ALL.map(|method| Updater::new(start.clone(), method)).into()
 }
 
-/// Moves, and compares with a triangulation built of the same points: tets or errors alike. Returns none for an error.
+/// Moves, and compares with a triangulation built of the same points.
 fn follow(updater: &mut Updater, to: &[DVec3], what: &str) -> Option<Relocation> {
     let what = format!("{}, {what}", updater.method().name());
-    let before = updater.delaunay().clone();
-    match (updater.relocate(to), Delaunay::build(to)) {
-        (Ok(report), Ok(built)) => {
-            let delaunay = updater.delaunay();
-            delaunay.check().unwrap_or_else(|e| panic!("{what}: {e}"));
-            assert_eq!(delaunay.points(), built.points(), "{what}");
-            assert_eq!(delaunay.scale(), built.scale(), "{what}");
-            assert!(sorted_tets(delaunay) == sorted_tets(&built), "{what}: not the tets of a new triangulation");
-            Some(report)
-        }
-        (Err(error), Err(expected)) => {
-            // Two points that are not numbers are not equal.
-            assert_eq!(format!("{error:?}"), format!("{expected:?}"), "{what}");
-            let after = updater.delaunay();
-            assert!(
-                before.points() == after.points()
-                    && before.vertices() == after.vertices()
-                    && before.neighbors() == after.neighbors(),
-                "{what}: changed in spite of {error}"
-            );
-            None
-        }
-        (got, expected) => panic!("{what}: {got:?} in place of {expected:?}"),
-    }
+    follow_by(updater, Updater::delaunay, |u| u.relocate(to), to, &what)
 }
 
 #[test]

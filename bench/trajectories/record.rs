@@ -143,5 +143,6 @@ fn on_surface(surface: &Surface, count: usize) -> Seeds {
         anchors: order.iter().map(|&i| Anchor::Surface { triangle: drawn[i as usize].1 }).collect(),
         spacing,
         relative_size: vec![1.0; surface.points().len()],
+        whole: Vec::new(),
     }
 }

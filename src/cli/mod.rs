@@ -70,15 +70,17 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     let read = reading.elapsed().as_secs_f64();
     let checking = Instant::now();
     let mut marks = Marks::default();
-    let surface = soup.check_mended(job.mending, &mut marks).inspect_err(|_| {
+    let surface = soup.check_as(job.treatment, &mut marks).inspect_err(|_| {
         marks.notes.iter().for_each(|note| watcher.note(note));
         watcher.clear();
         show_defects(job, &marks);
     })?;
-    let check = checking.elapsed().as_secs_f64();
     for note in surface.notes() {
         watcher.note(note);
     }
+    let input = InputReport::of(&surface, job.surface.to_string_lossy().into_owned());
+    let surface = if job.lines.is_empty() { surface } else { surface.with_features(&job.lines)? };
+    let check = checking.elapsed().as_secs_f64();
 
     if let Some(warning) =
         memory::free().and_then(|free| memory::warning(memory::estimate(&job.params, &surface), free))
@@ -100,7 +102,7 @@ fn execute(job: &Job, mut watcher: Watcher, started: Instant) -> Result<(), Erro
     let mut report = Report {
         tetcvt: env!("CARGO_PKG_VERSION"),
         command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
-        input: InputReport::of(&surface, job.surface.to_string_lossy().into_owned()),
+        input,
         mesh: MeshReport::of(&mesh, &quality, &surface),
         time: TimeReport { read, check, ..TimeReport::of(&mesh.times) },
         update: mesh.times.update_parts,

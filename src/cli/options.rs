@@ -8,10 +8,11 @@ use clap::{ArgAction, Parser};
 use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
-use crate::io::read_initial;
+use crate::io::{read_initial, read_lines};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::seeds::InitialPoints;
-use crate::surface::Mending;
+use crate::surface::imprint::Polyline;
+use crate::surface::{Mending, Regions, Treatment};
 
 /// Iterations from the points of a mesh: the mean of the smallest dihedral angles is then within 1.5 degrees of that from new seeds.
 const ITERATIONS_FROM_MESH: usize = 8;
@@ -55,6 +56,10 @@ pub(super) struct Options {
     #[arg(long, help_heading = "Surface")]
     repair: bool,
 
+    /// What shells inside others are
+    #[arg(long, help_heading = "Surface", default_value = "parity")]
+    regions: Regions,
+
     /// Vertices of the mesh: exactly N [default: 20000]
     #[arg(long, value_name = "N", help_heading = "Size", value_parser = count, conflicts_with = "edge", allow_negative_numbers = true)]
     seeds: Option<usize>,
@@ -70,6 +75,10 @@ pub(super) struct Options {
     /// Creases sharper than this are kept, in degrees; 180 keeps none
     #[arg(long, value_name = "DEG", help_heading = "Seeds", default_value_t = 40.0, allow_negative_numbers = true)]
     feature_angle: f64,
+
+    /// Lines on the surface to keep like creases: the `l` statements of an OBJ file
+    #[arg(long, value_name = "FILE.obj", help_heading = "Seeds")]
+    features: Option<PathBuf>,
 
     /// Where interior seeds begin
     #[arg(long, help_heading = "Seeds", default_value = "bcc")]
@@ -217,7 +226,9 @@ pub(super) struct Job {
     pub surface: PathBuf,
     init: Option<PathBuf>,
     pub initial: Option<InitialPoints>,
-    pub mending: Mending,
+    features: Option<PathBuf>,
+    pub lines: Vec<Polyline>,
+    pub treatment: Treatment,
     pub defects_file: PathBuf,
     pub params: Params,
     pub verbosity: Verbosity,
@@ -246,6 +257,7 @@ impl Options {
         };
         let defects_file = default_name(".defects.vtp");
         let mending = if self.repair { Mending::Repair } else { Mending::Exact };
+        let treatment = Treatment { mending, regions: self.regions };
         let mesh_file = self.output.unwrap_or_else(|| default_name(".vtu"));
         let surface_file = self.surface_output.unwrap_or_else(|| default_name(".surface.vtp"));
         let mesh_format = MeshFormat::of(&mesh_file).ok_or_else(|| unknown("output", &mesh_file, MeshFormat::KNOWN))?;
@@ -278,11 +290,17 @@ impl Options {
             params.target = agreed(initial.points.len(), self.seeds)?;
             fits(&params, mesh_format, &mesh_file)?;
         }
+        if self.features.is_some() && params.boundary == Boundary::Free {
+            return refuse("features", "with --boundary free no seed lies on a line of the surface".to_owned());
+        }
+        let lines = self.features.as_deref().map(read_lines).transpose()?.unwrap_or_default();
         let job = Job {
             surface,
             init: self.init,
             initial,
-            mending,
+            features: self.features,
+            lines,
+            treatment,
             defects_file,
             params,
             verbosity,
@@ -358,6 +376,9 @@ impl Job {
             }
             if self.init.as_deref().is_some_and(|init| atomic::same_file(path, init)) {
                 return refuse(option, format!("{} is the mesh to start from", path.display()));
+            }
+            if self.features.as_deref().is_some_and(|features| atomic::same_file(path, features)) {
+                return refuse(option, format!("{} holds the lines of --features", path.display()));
             }
             if let Some((other, _)) = outputs[..i].iter().find(|(_, earlier)| atomic::same_file(path, earlier)) {
                 return refuse(option, format!("{} is also the file of --{other}", path.display()));

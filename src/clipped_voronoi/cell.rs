@@ -71,6 +71,11 @@ impl Cell {
         }
     }
 
+    /// What there is of the surface alone.
+    pub(super) fn of_surface(self) -> Cell {
+        Cell { volume: 0.0, moment: DVec3::ZERO, energy: 0.0, ..self }
+    }
+
     /// Adds what another part of the work found for the same cell.
     pub(super) fn add(&mut self, other: &Cell) {
         self.volume += other.volume;

@@ -16,6 +16,8 @@
 //! 45(4), 2013, doi 10.1016/j.cad.2011.09.004, compute the same cells from a tet mesh of Ω, which is not needed here.
 //! Cost: linear in the facets of the triangulation and in the pieces of the surface.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use crate::delaunay::{Adjacency, Delaunay, Follower};
@@ -71,7 +73,8 @@ pub struct Crossing {
     pub point: DVec3,
     /// The surface's triangle.
     pub triangle: u32,
-    /// Whether the edge leaves the solid there on its way along (q - p) x (r - p), for the facet (p, q, r).
+    /// Whether the edge goes from behind that triangle to its front there on its way along (q - p) x (r - p), for the facet
+    /// (p, q, r): leaves the solid, where the triangle is no interface.
     pub leaves: bool,
 }
 
@@ -81,6 +84,9 @@ pub struct ClippedVoronoi {
     pub cells: Vec<Cell>,
     /// For each tet of the triangulation, whether its circumcentre is inside the solid; false for infinite ones.
     pub inside: Vec<bool>,
+    /// For each tet, whether its circumcentre is behind the surface, within an odd number of shells; `None` where that is
+    /// the same as inside.
+    pub odd: Option<Vec<bool>>,
     /// Crossings of Voronoi edges with the surface, by facet.
     pub crossings: Vec<Crossing>,
     /// Which seeds are Delaunay neighbours.
@@ -91,6 +97,11 @@ impl ClippedVoronoi {
     /// The CVT energy: the integral over the solid of the squared distance to the nearest seed.
     pub fn energy(&self) -> f64 {
         self.cells.iter().map(|c| c.energy).sum()
+    }
+
+    /// For each tet, whether its circumcentre is behind the surface: within an odd number of shells.
+    pub fn behind(&self) -> &[bool] {
+        self.odd.as_deref().unwrap_or(&self.inside)
     }
 }
 
@@ -138,7 +149,9 @@ impl<'a> Clipper<'a> {
         let scene = Scene { points, adjacency, sheet: &self.sheet, owners: &self.owners, arch };
         let crossings = surface_pieces::add_pieces(&mut cells, scene, &mut self.cornerless);
 
-        let by_facet = Crossings::new(&crossings, points.len());
+        // What bounds the solid; interfaces only part its regions.
+        let outer = outer_crossings(self.sheet.surface, &crossings);
+        let by_facet = Crossings::new(&outer, points.len());
         let marks = by_facet.marks(delaunay);
         let mut agreed = false;
         for _ in 0..2 {
@@ -156,6 +169,23 @@ impl<'a> Clipper<'a> {
         assert!(agreed, "a closed surface changes sides an even number of times: this is a bug in tetcvt");
 
         let inside = self.winding.of_tets().iter().map(|&w| w > 0).collect();
-        ClippedVoronoi { cells, inside, crossings, adjacency: adjacency.clone() }
+        let odd = self.sheet.surface.has_interfaces().then(|| behind(delaunay, &crossings));
+        ClippedVoronoi { cells, inside, odd, crossings, adjacency: adjacency.clone() }
     }
+}
+
+/// The crossings with shells that are no interfaces.
+fn outer_crossings<'a>(surface: &Surface, crossings: &'a [Crossing]) -> Cow<'a, [Crossing]> {
+    if !surface.has_interfaces() {
+        return crossings.into();
+    }
+    crossings.iter().filter(|c| !surface.is_interface(c.triangle)).copied().collect()
+}
+
+/// For each tet, whether its circumcentre is within an odd number of shells.
+fn behind(delaunay: &Delaunay, crossings: &[Crossing]) -> Vec<bool> {
+    let by_facet = Crossings::new(crossings, delaunay.points().len());
+    let mut winding = Winding::default();
+    winding.update(delaunay, &by_facet, &by_facet.marks(delaunay));
+    winding.of_tets().iter().map(|&w| w > 0).collect()
 }

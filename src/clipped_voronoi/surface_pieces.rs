@@ -156,13 +156,27 @@ impl<'a> Cutter<'a> {
         (std::mem::take(&mut self.crossings), std::mem::take(&mut self.beyond))
     }
 
-    /// Adds to the cell of seed `i` what it owns of the triangles at its vertices.
+    /// Adds to the cell of seed `i` what it owns of the triangles at its vertices; of interfaces, which do not end the solid,
+    /// the area alone.
     fn add_own(&mut self, i: u32, cell: &mut Cell) {
+        self.add_own_of(i, false, cell);
+        if self.scene.sheet.surface.has_interfaces() {
+            let mut piece = Cell::default();
+            self.add_own_of(i, true, &mut piece);
+            cell.add(&piece.of_surface());
+        }
+    }
+
+    /// The same for triangles that are interfaces, or are none.
+    fn add_own_of(&mut self, i: u32, interface: bool, cell: &mut Cell) {
         let Scene { points, sheet, owners, .. } = self.scene;
         let seed = points[i as usize];
         self.triangles.clear();
         self.at.clear();
         for (t, whole) in owners.triangles_of(i as usize) {
+            if sheet.surface.is_interface(t) != interface {
+                continue;
+            }
             let at = sheet.surface.corners(t);
             if whole {
                 self.slices.add_whole(&sheet.face(t, at, seed));
@@ -193,7 +207,8 @@ impl<'a> Cutter<'a> {
             let mut piece = Cell::default();
             if self.cut(i, n, &mut piece) {
                 self.slices.take(self.scene.arch, &mut piece);
-                pieces.push((pair, piece));
+                let interface = sheet.surface.is_interface(pair.1);
+                pieces.push((pair, if interface { piece.of_surface() } else { piece }));
             }
         }
     }

@@ -16,8 +16,8 @@ const BLOCK: usize = 4096;
 /// Not known.
 const UNKNOWN: i32 = i32::MIN;
 
-/// For each tet, how many shells of the surface hold its circumcentre, outward ones counted 1 and inward ones -1: 1 inside the
-/// solid and 0 outside.
+/// For each tet, how many shells of those that the crossings are of hold its circumcentre, outward ones counted 1 and inward
+/// ones -1: 1 behind these shells and 0 in front.
 #[derive(Default)]
 pub(super) struct Winding {
     of_tets: Vec<i32>,

@@ -15,6 +15,15 @@ const DEAD: u32 = INFINITE;
 /// Most vertices of the tets of a flip.
 const LABELS: usize = 6;
 
+/// An array of tets that is full gets room for one more in so many.
+const GROWTH: usize = 32;
+
+/// But for not fewer than this.
+const LEAST_GROWTH: usize = 64;
+
+/// Between motions, there is room in the journal for one tet in so many.
+const LONG_JOURNAL: usize = 32;
+
 /// A tet as it was before it was written to: its number, and its vertices, neighbours and vertices across.
 type Entry = (u32, [u32; 4], [Facet; 4], [u32; 4]);
 
@@ -61,6 +70,8 @@ impl Mesh {
     /// From here on, changes can be taken back.
     pub fn begin(&mut self) {
         self.journal.clear();
+        // What a rough motion needed is not kept for all the quiet ones.
+        self.journal.shrink_to(self.vertices.len() / LONG_JOURNAL);
         self.free.clear();
         self.before = self.vertices.len();
     }
@@ -217,14 +228,17 @@ impl Mesh {
             self.free.push(t);
         }
         while ids.len() < count {
-            let id = self.free.pop().unwrap_or_else(|| {
-                self.vertices.push([DEAD; 4]);
-                self.neighbors.push([Facet::BLANK; 4]);
-                self.opposite.push([DEAD; 4]);
-                (self.vertices.len() - 1) as u32
-            });
-            ids.push(id);
+            let id = self.free.pop();
+            ids.push(id.unwrap_or_else(|| self.add_tet()));
         }
+    }
+
+    /// A further tet, dead as yet.
+    fn add_tet(&mut self) -> u32 {
+        push(&mut self.vertices, [DEAD; 4]);
+        push(&mut self.neighbors, [Facet::BLANK; 4]);
+        push(&mut self.opposite, [DEAD; 4]);
+        (self.vertices.len() - 1) as u32
     }
 
     /// Notes a tet as it is.
@@ -286,6 +300,14 @@ impl Mesh {
         self.opposite.truncate(alive);
         self.free.clear();
     }
+}
+
+/// Adds an item. The number of tets hardly changes, so the array gets room for a few more, not for twice as many.
+fn push<T>(items: &mut Vec<T>, item: T) {
+    if items.len() == items.capacity() {
+        items.reserve_exact((items.len() / GROWTH).max(LEAST_GROWTH));
+    }
+    items.push(item);
 }
 
 /// An even permutation that brings the infinite vertex, if there is one, to the last slot.

@@ -19,7 +19,8 @@ impl Mesh {
     /// then `region.ids`. If another vertex is there already, nothing changes and that one is returned.
     pub fn insert_vertex(&mut self, v: u32, from: u32, region: &mut Region) -> Result<(), u32> {
         let start = self.walk(v, from)?;
-        self.carve(v, start, region);
+        let p = self.at(v);
+        self.spread(start, region, |_, _, next| self.conflicts(next, p));
         region.new.clear();
         for &t in &region.old {
             for i in 0..4 {
@@ -63,28 +64,6 @@ impl Mesh {
                 Some(i) => Err(tet[i]),
                 None => Ok(t),
             };
-        }
-    }
-
-    /// Marks and lists the tets in conflict with `v`, of which `start` is one.
-    fn carve(&self, v: u32, start: u32, region: &mut Region) {
-        let p = self.at(v);
-        let Region { old, marks, .. } = region;
-        marks.begin(self.vertices.len());
-        old.clear();
-        old.push(start);
-        marks.insert(start);
-        let mut done = 0;
-        while done < old.len() {
-            let t = old[done] as usize;
-            done += 1;
-            for facet in self.neighbors[t] {
-                let next = facet.tet();
-                if !marks.contains(next) && self.conflicts(next, p) {
-                    marks.insert(next);
-                    old.push(next);
-                }
-            }
         }
     }
 }

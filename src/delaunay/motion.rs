@@ -42,7 +42,7 @@ const SAMPLE: usize = 128;
 const LEAST_SAMPLE: usize = 512;
 
 /// If more than this share of a sample is suspect, building anew is faster.
-const MOST_OF_SAMPLE: f64 = 1.25 / SUSPECTS as f64;
+const MOST_OF_SAMPLE: f64 = 1.0 / SUSPECTS as f64;
 
 /// Certificates are taken if a smaller share of tets than this would be tested after each motion.
 const WORTH_WHILE: f64 = 0.09;

@@ -63,6 +63,28 @@ pub struct Region {
 }
 
 impl Mesh {
+    /// Marks and lists the tets that are come by from `start`, one after another, across facets that `is_open`: given a tet,
+    /// the facet's slot, and the tet beyond, which is not yet in the region.
+    pub fn spread(&self, start: u32, region: &mut Region, is_open: impl Fn(u32, usize, u32) -> bool) {
+        let Region { old, marks, .. } = region;
+        marks.begin(self.vertices.len());
+        old.clear();
+        old.push(start);
+        marks.insert(start);
+        let mut done = 0;
+        while done < old.len() {
+            let t = old[done];
+            done += 1;
+            for i in 0..4 {
+                let next = self.neighbors[t as usize][i].tet();
+                if !marks.contains(next) && is_open(t, i, next) {
+                    marks.insert(next);
+                    old.push(next);
+                }
+            }
+        }
+    }
+
     /// Replaces the tets `region.old`, which are the marked ones, by `region.new`, which fill the same space.
     pub fn replace_region(&mut self, region: &mut Region) {
         let Region { old, marks, new, ids, sides } = region;

@@ -54,23 +54,7 @@ impl Mesh {
 
     /// Marks and lists the tets at `v`.
     pub fn star_of(&self, v: u32, region: &mut Region) {
-        let Region { old, marks, .. } = region;
-        marks.begin(self.vertices.len());
-        old.clear();
-        let first = self.incident[v as usize];
-        old.push(first);
-        marks.insert(first);
-        let mut done = 0;
-        while done < old.len() {
-            let t = old[done] as usize;
-            done += 1;
-            for i in 0..4 {
-                let next = self.neighbors[t][i].tet();
-                if self.vertices[t][i] != v && marks.insert(next) {
-                    old.push(next);
-                }
-            }
-        }
+        self.spread(self.incident[v as usize], region, |t, slot, _| self.vertices[t as usize][slot] != v);
     }
 
     /// Fills the hole of a vertex whose link lies in a plane, with infinite tets.

@@ -8,6 +8,8 @@ use crate::surface::{Surface, edges};
 pub struct Boundary {
     /// For each the tet inside, ascending.
     pub tets: Vec<u32>,
+    /// For each the tet outside.
+    pub beyond: Vec<u32>,
     /// For each its vertices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// For each its component: triangles that share an edge share a component.
@@ -20,18 +22,21 @@ impl Boundary {
     /// Collects the boundary of the tets labelled `inside`.
     pub fn of(complex: &Complex, inside: &[bool]) -> Boundary {
         let mut tets = Vec::new();
+        let mut beyond = Vec::new();
         let mut triangles = Vec::new();
         for t in (0..inside.len()).filter(|&t| inside[t]) {
             for i in 0..4 {
-                if !inside[complex.neighbors[t][i].tet() as usize] {
+                let across = complex.neighbors[t][i].tet();
+                if !inside[across as usize] {
                     tets.push(t as u32);
+                    beyond.push(across);
                     triangles.push(complex.facet(t as u32, i));
                 }
             }
         }
         let (component, count) = components(&triangles);
         let euler = euler_characteristics(complex.points.len(), &triangles, &component, count);
-        Boundary { tets, triangles, component, euler }
+        Boundary { tets, beyond, triangles, component, euler }
     }
 
     /// Number of components.
@@ -70,6 +75,22 @@ fn euler_characteristics(points: usize, triangles: &[[u32; 3]], component: &[u32
 pub fn shell_euler(surface: &Surface) -> Vec<i64> {
     let shells = surface.shell_count();
     euler_characteristics(surface.points().len(), surface.triangles(), surface.shell(), shells)
+}
+
+/// The tets outside that the tets inside shut off from infinity.
+pub fn enclosed(complex: &Complex, inside: &[bool]) -> Vec<bool> {
+    let mut enclosed: Vec<bool> = inside.iter().map(|i| !i).collect();
+    let is_infinite = |t: &usize| complex.tets[*t].iter().any(|&v| v as usize >= complex.seeds);
+    let mut stack: Vec<u32> = (0..inside.len()).filter(is_infinite).map(|t| t as u32).collect();
+    stack.iter().for_each(|&t| enclosed[t as usize] = false);
+    while let Some(t) = stack.pop() {
+        for n in complex.around(t) {
+            if std::mem::replace(&mut enclosed[n as usize], false) {
+                stack.push(n);
+            }
+        }
+    }
+    enclosed
 }
 
 /// Stands for "outside" in [`regions`].

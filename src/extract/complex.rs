@@ -20,6 +20,9 @@ pub struct Complex<'a> {
     pub seeds: usize,
     /// For each seed the solid that it belongs to; empty where there is only one.
     pub solids: Vec<u32>,
+    /// For each seed whether it is in use even if no tet inside has it, being in a region in front of the surface or on an
+    /// interface with one; empty where the mesh has no such regions.
+    pub in_front: Vec<bool>,
     // The tets around vertex v are star[first[v]..first[v + 1]].
     first: Vec<u32>,
     star: Vec<u32>,
@@ -76,7 +79,7 @@ impl<'a> Complex<'a> {
             }
         }
         first.pop();
-        Complex { points, tets, neighbors, seeds, solids: Vec::new(), first, star }
+        Complex { points, tets, neighbors, seeds, solids: Vec::new(), in_front: Vec::new(), first, star }
     }
 
     /// The tets around vertex `v`, infinite ones included, ascending.
@@ -89,6 +92,11 @@ impl<'a> Complex<'a> {
         let tet = self.tets[t as usize];
         let solid = |v: u32| self.solids.get(v as usize);
         tet.iter().all(|&v| (v as usize) < self.seeds && solid(v) == solid(tet[0]))
+    }
+
+    /// Whether a seed at which the labels leave these pieces is in no tet of the mesh.
+    pub fn is_unused(&self, v: u32, fans: Fans) -> bool {
+        fans.inside == 0 && !self.in_front.get(v as usize).is_some_and(|&in_front| in_front)
     }
 
     /// The tets across the facets of tet `t`.

@@ -84,9 +84,10 @@ pub struct Defect {
 /// manifold, without which components and handles mean nothing.
 pub fn defects(sampling: &Sampling, inside: &[bool], crossings: &[Crossing]) -> Vec<Defect> {
     let boundary = Boundary::of(&sampling.complex, inside);
-    let mut found = vertex_defects(sampling, inside, &boundary);
+    let meshed = &sampling.meshed(inside);
+    let mut found = vertex_defects(sampling, inside, meshed, &boundary);
     let manifold = !found.iter().any(|d| d.kind < DefectKind::UnusedSeed);
-    found.extend(flat_tets(sampling, inside));
+    found.extend(flat_tets(sampling, meshed));
     if manifold {
         found.extend(topology_defects(sampling, inside, &boundary, crossings));
     }
@@ -101,7 +102,7 @@ fn defect(sampling: &Sampling, kind: DefectKind, seeds: Vec<u32>) -> Defect {
 }
 
 /// Edges and vertices where the boundary is no manifold, and seeds that are not where they belong.
-fn vertex_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary) -> Vec<Defect> {
+fn vertex_defects(sampling: &Sampling, inside: &[bool], meshed: &[bool], boundary: &Boundary) -> Vec<Defect> {
     let edges = edges::sorted(&boundary.triangles);
     let mut found = Vec::new();
     let mut at_edge = vec![false; sampling.kinds.len()];
@@ -115,7 +116,7 @@ fn vertex_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary) -> 
     let mut buffers = sampling.complex.fan_buffers();
     for (v, &kind) in sampling.kinds.iter().enumerate() {
         let fans = sampling.complex.fans(inside, v as u32, &mut buffers);
-        let kind = if fans.inside == 0 {
+        let kind = if fans.inside == 0 && !sampling.complex.star(v as u32).iter().any(|&t| meshed[t as usize]) {
             DefectKind::UnusedSeed
         } else if !fans.is_manifold() && !at_edge[v] {
             DefectKind::NonManifoldVertex
@@ -131,10 +132,10 @@ fn vertex_defects(sampling: &Sampling, inside: &[bool], boundary: &Boundary) -> 
     found
 }
 
-fn flat_tets(sampling: &Sampling, inside: &[bool]) -> Vec<Defect> {
-    (0..inside.len() as u32)
+fn flat_tets(sampling: &Sampling, meshed: &[bool]) -> Vec<Defect> {
+    (0..meshed.len() as u32)
         .into_par_iter()
-        .filter(|&t| inside[t as usize] && sampling.is_flat(t))
+        .filter(|&t| meshed[t as usize] && sampling.is_flat(t))
         .map(|t| {
             let mut seeds = sampling.complex.tets[t as usize].to_vec();
             seeds.sort_unstable();

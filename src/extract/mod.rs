@@ -12,7 +12,14 @@
 //!    doi 10.1016/j.gmod.2005.01.004: at the crossing of a Voronoi edge with the surface farthest from its seeds.
 //! 4. [`mesh()`]: vertices, oriented tets, regions, boundary triangles.
 //!
+//! Where shells are interfaces between regions a label says not whether a tet is inside the solid but whether it is behind
+//! the surface, within an odd number of shells. Labels so colour the regions that nested shells part, and the boundary between
+//! the two colours is all shells, outer ones and interfaces alike: steps 1 to 3 know no difference. Only what is in front of
+//! the surface and yet enclosed is part of the mesh too ([`Sampling::meshed`]).
+//!
 //! Cost: linear in the triangulation but for a sort of the boundary's edges; mending adds a term for each defect.
+
+use std::borrow::Cow;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -62,17 +69,30 @@ impl<'a> Sampling<'a> {
     /// The first `kinds.len()` vertices of `delaunay` are the seeds.
     pub fn new(delaunay: &'a Delaunay, kinds: &'a [SeedKind], surface: &'a Surface, spacing: f64) -> Sampling<'a> {
         let mut complex = Complex::new(delaunay.points(), delaunay.vertices(), delaunay.neighbors(), kinds.len());
-        if surface.solid_of_shell().iter().any(|&s| s != surface.solid_of_shell()[0]) {
+        let seeds = &delaunay.points()[..kinds.len()];
+        let closest_shell = |p: DVec3| surface.shell()[surface.tree().closest(p).triangle as usize];
+        if (0..surface.shell_count() as u32).any(|s| surface.solid_of_shell(s) != 0) {
             // The way from a point of a solid to the closest point of the surface lies in that solid.
-            complex.solids = delaunay.points()[..kinds.len()]
-                .par_iter()
-                .map(|&p| {
-                    let triangle = surface.tree().closest(p).triangle;
-                    surface.solid_of_shell()[surface.shell()[triangle as usize] as usize]
-                })
-                .collect();
+            complex.solids = seeds.par_iter().map(|&p| surface.solid_of_shell(closest_shell(p))).collect();
+        }
+        if surface.has_interfaces() {
+            let may_be_in_front = |(&p, &kind): (&DVec3, &SeedKind)| match kind {
+                SeedKind::Interior => !surface.tree().is_inside(p),
+                _ => surface.depth_of_shell(closest_shell(p)) > 0,
+            };
+            complex.in_front = seeds.par_iter().zip(kinds).map(may_be_in_front).collect();
         }
         Sampling { complex, kinds, surface, spacing }
+    }
+
+    /// The tets of the mesh under the labels `inside`: these, and those in front of the surface that it encloses, where its
+    /// shells are interfaces.
+    pub fn meshed<'b>(&self, inside: &'b [bool]) -> Cow<'b, [bool]> {
+        if !self.surface.has_interfaces() {
+            return inside.into();
+        }
+        let enclosed = boundary::enclosed(&self.complex, inside);
+        inside.iter().zip(enclosed).map(|(&behind, enclosed)| behind || enclosed).collect()
     }
 
     /// How deep within the solid a finite tet lies: the mean of the signed distances to the surface, negative outside,
@@ -117,8 +137,8 @@ impl<'a> Sampling<'a> {
     }
 }
 
-/// Labels the restricted Delaunay tets: those with their circumcentres inside whose vertices are seeds of one
-/// solid.
+/// Labels the restricted Delaunay tets: those with their circumcentres inside, or behind the surface where its shells are
+/// interfaces, whose vertices are seeds of one solid.
 pub fn label(sampling: &Sampling, clipped: &ClippedVoronoi) -> Vec<bool> {
-    clipped.inside.iter().enumerate().map(|(t, &inside)| inside && sampling.complex.usable(t as u32)).collect()
+    clipped.behind().iter().enumerate().map(|(t, &inside)| inside && sampling.complex.usable(t as u32)).collect()
 }

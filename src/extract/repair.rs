@@ -127,9 +127,9 @@ impl<'a> Repair<'a> {
         let fans = self.complex.fans(&self.inside, v, &mut self.buffers);
         let pieces = fans.inside.saturating_sub(1) + fans.outside.saturating_sub(1);
         let misplaced = self.conforming && fans.on_boundary() == (self.kinds[v as usize] == SeedKind::Interior);
-        match fans.inside {
-            0 => UNUSED,
-            _ => PIECE * pieces + if misplaced { MISPLACED } else { 0 },
+        match self.complex.is_unused(v, fans) {
+            true => UNUSED,
+            false => PIECE * pieces + if misplaced { MISPLACED } else { 0 },
         }
     }
 

@@ -31,7 +31,7 @@ pub struct Topology {
     pub shells: Vec<i64>,
     /// Number of connected regions of the labelling.
     pub regions: usize,
-    /// Number of solids that the surface bounds.
+    /// Number of solids that the surface bounds, by parity.
     pub solids: usize,
 }
 
@@ -43,7 +43,8 @@ impl Topology {
             members[c as usize].push(*triangle);
         }
         let components = members.iter().zip(&boundary.euler).map(|(m, &euler)| vote(sampling, m, euler)).collect();
-        let solids = sampling.surface.solid_of_shell().iter().max().map_or(0, |&s| s as usize + 1);
+        let shells = 0..sampling.surface.shell_count() as u32;
+        let solids = shells.map(|s| sampling.surface.solid_of_shell(s)).max().map_or(0, |s| s as usize + 1);
         Topology {
             components,
             shells: shell_euler(sampling.surface),

@@ -46,7 +46,9 @@ pub(super) fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
             Facet { vertices: f.vertices, face, stray: ground.stray(corners) }
         })
         .collect();
-    Complex::new(vertices, mesh.tets.clone(), facets)
+    let mut complex = Complex::new(vertices, mesh.tets.clone(), facets);
+    complex.has_interfaces = ground.surface.has_interfaces();
+    complex
 }
 
 /// Brings vertices that the boundary has without their being bound to the surface onto it, where their tets stay positive.
@@ -94,7 +96,7 @@ pub(super) fn release(complex: &mut Complex, ground: &Ground) {
         }
         let facets = complex.facets_of(v);
         let face = complex.facets[facets[0] as usize].face;
-        if facets.iter().any(|&f| complex.facets[f as usize].face != face) || is_tip(complex, ground, v) {
+        if facets.iter().any(|&f| complex.facets[f as usize].face != face) || stays(complex, ground, v) {
             continue;
         }
         let triangle = ground.triangle_at(complex.points[v as usize], face);
@@ -105,12 +107,20 @@ pub(super) fn release(complex: &mut Complex, ground: &Ground) {
     complex.retain_creases();
 }
 
-/// Whether a corner is the tip of a cone, where no crease ends.
-fn is_tip(complex: &Complex, ground: &Ground, v: u32) -> bool {
-    let here = complex.points[v as usize];
-    let at = |&u: &u32| ground.surface.points()[u as usize] == here;
-    let ends = |c: &Curve| at(&c.vertices[0]) || at(&c.vertices[c.vertices.len() - 1]);
-    complex.freedom[v as usize] == Freedom::Fixed && !ground.features.curves.iter().any(ends)
+/// Whether a vertex is on a crease that is to stay whole, or is the tip of a cone, where no crease ends.
+fn stays(complex: &Complex, ground: &Ground, v: u32) -> bool {
+    let is_whole = |curve: usize| ground.whole.get(curve) == Some(&true);
+    match complex.freedom[v as usize] {
+        Freedom::Curve(curve, _) | Freedom::Knot(curve, _) => is_whole(curve as usize),
+        Freedom::Fixed => {
+            let here = complex.points[v as usize];
+            let at = |&u: &u32| ground.surface.points()[u as usize] == here;
+            let ends = |c: &Curve| at(&c.vertices[0]) || at(&c.vertices[c.vertices.len() - 1]);
+            let mut ending = (0..).zip(&ground.features.curves).filter(|(_, c)| ends(c)).map(|(i, _)| i).peekable();
+            ending.peek().is_none() || ending.any(is_whole)
+        }
+        _ => false,
+    }
 }
 
 /// Pairs of vertices next to each other on a crease.

@@ -84,6 +84,8 @@ pub(super) struct Complex {
     /// Quality of each tet.
     pub quality: Vec<f64>,
     pub facets: Vec<Facet>,
+    /// Whether some facets are interfaces: they have tets on both of their sides.
+    pub has_interfaces: bool,
     /// Edges on creases, both ways, ascending: they stay.
     creases: Vec<[u32; 2]>,
     tet_stars: Stars,
@@ -124,6 +126,7 @@ impl Complex {
             tets,
             quality,
             facets,
+            has_interfaces: false,
             creases: Vec::new(),
             free_tets: Vec::new(),
             free_facets: Vec::new(),
@@ -241,8 +244,11 @@ impl Complex {
         vertices.map(|v| self.points[v as usize])
     }
 
-    /// The tet, other than `t`, that has the facet of these vertices.
+    /// The tet, other than `t`, that has the facet of these vertices; none across an interface.
     pub(super) fn across(&self, t: u32, [a, b, c]: [u32; 3]) -> Option<u32> {
+        if self.has_interfaces && self.facet([a, b, c]).is_some() {
+            return None;
+        }
         self.star(a).iter().copied().find(|&u| {
             let tet = &self.tets[u as usize];
             u != t && tet.contains(&b) && tet.contains(&c)
@@ -257,10 +263,14 @@ impl Complex {
         })
     }
 
-    /// The boundary facets at an edge.
-    pub(super) fn facets_at(&self, [a, b]: [u32; 2]) -> Vec<u32> {
-        let at_b = |&f: &u32| self.facets[f as usize].vertices.contains(&b);
-        self.facets_of(a).iter().copied().filter(at_b).collect()
+    /// The boundary facets at the edge between two vertices: two or none.
+    pub(super) fn facets_at(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
+        self.facets_of(a).iter().copied().filter(move |&f| self.facets[f as usize].vertices.contains(&b))
+    }
+
+    /// The same, as a list.
+    pub(super) fn edge_facets(&self, [a, b]: [u32; 2]) -> Vec<u32> {
+        self.facets_at(a, b).collect()
     }
 
     /// Whether some tet has both vertices.

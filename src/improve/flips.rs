@@ -6,7 +6,8 @@
 //! three is a 3-2 flip, one of four a 4-4 flip.
 //!
 //! Departure: edges of the boundary too. Their rings are open; closing one makes the two facets of the edge those of the
-//! other diagonal (with a ring of two tets a 2-2 flip, with one tet this tet is peeled off).
+//! other diagonal (with a ring of two tets a 2-2 flip, with one tet this tet is peeled off). The ring of an edge of an
+//! interface is two such rings, one on either side.
 
 use super::change::Change;
 use super::complex::{Complex, NONE};
@@ -17,7 +18,7 @@ use crate::geometry::tetrahedron::FACETS;
 /// The most tets around an edge that is removed: larger rings hardly ever gain anything.
 const LARGEST_RING: usize = 7;
 
-/// Vertices of such a ring where it is open.
+/// Vertices of such a ring where it is open, or where it comes back to the first.
 const RING_VERTICES: usize = LARGEST_RING + 1;
 
 /// The tets around an edge (a, b): tet i is (a, b, vertex i, vertex i + 1), positive.
@@ -79,6 +80,24 @@ impl Ring {
     pub(super) fn is_open(&self) -> bool {
         self.length > self.count
     }
+
+    /// Turns a closed ring so that it begins with vertex `first`, and comes back to it. The place of `last`.
+    fn begin_at(&mut self, first: u32, last: u32) -> Option<usize> {
+        let start = self.vertices[..self.count].iter().position(|&v| v == first)?;
+        self.vertices[..self.count].rotate_left(start);
+        self.tets[..self.count].rotate_left(start);
+        self.vertices[self.count] = first;
+        self.vertices[..self.count].iter().position(|&v| v == last)
+    }
+}
+
+/// The facets of an edge that go with it, and where they part its ring.
+struct Sides {
+    facets: [u32; 2],
+    /// Their vertices off the edge.
+    ends: [u32; 2],
+    /// The place of the second of these in the ring, if the edge is one of an interface.
+    place: Option<usize>,
 }
 
 /// The best triangulation of a ring found so far, for each of its stretches.
@@ -95,45 +114,72 @@ pub(super) fn remove_edge(
     least: f64,
     change: &mut Change,
 ) -> bool {
-    let Some(ring) = Ring::around(complex, a, b) else { return false };
+    let Some(mut ring) = Ring::around(complex, a, b) else { return false };
     if ring.length < 3 && !ring.is_open() {
         return false;
     }
-    let mut old_facets = [NONE; 2];
-    if ring.is_open() {
-        match closable(complex, [a, b], &ring) {
-            Some(facets) => old_facets = facets,
+    let mut sides = None;
+    if ring.is_open() || complex.has_interfaces && complex.facets_at(a, b).next().is_some() {
+        sides = match closable(complex, [a, b], &mut ring) {
+            Some(sides) => Some(sides),
             None => return false,
         }
     }
-    let Some(table) = triangulate(complex, [a, b], &ring, least) else { return false };
+    // The whole of a ring, or its two sides.
+    let parted = sides.as_ref().and_then(|s| s.place);
+    let stretches = match parted {
+        Some(place) => [(0, place), (place, ring.count)],
+        None => [(0, ring.length - 1), (0, 0)],
+    };
+    let mut table = Table::new();
+    for stretch in stretches {
+        if !triangulate(complex, [a, b], &ring, (stretch, least), &mut table) {
+            return false;
+        }
+    }
     change.clear();
-    if ring.is_open() {
-        let (first, last) = (ring.vertices[0], ring.vertices[ring.length - 1]);
-        let face = complex.facets[old_facets[0] as usize].face;
+    if let Some(Sides { facets, ends: [first, last], .. }) = sides {
+        let face = complex.facets[facets[0] as usize].face;
         for vertices in [[first, b, last], [first, last, a]] {
-            let Some(facet) = ground.facet(complex, vertices, face, &old_facets) else { return false };
+            let Some(facet) = ground.facet(complex, vertices, face, &facets) else { return false };
             change.new_facets.push(facet);
         }
-        change.old_facets.extend(old_facets);
+        change.old_facets.extend(facets);
     }
     change.old_tets.extend(&ring.tets[..ring.count]);
-    collect(complex, [a, b], &ring, &table, (0, ring.length - 1), change);
+    for stretch in stretches {
+        collect(complex, [a, b], &ring, &table, stretch, change);
+    }
     change.worst = change.new_tets.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
     true
 }
 
-/// The two boundary facets of an open ring's edge, if the edge is no crease and its other diagonal is free.
-fn closable(complex: &Complex, [a, b]: [u32; 2], ring: &Ring) -> Option<[u32; 2]> {
+/// The two facets of the edge of a ring that is open or that an interface parts, if the edge is no crease and its other
+/// diagonal is free.
+fn closable(complex: &Complex, [a, b]: [u32; 2], ring: &mut Ring) -> Option<Sides> {
     if complex.is_crease(a, b) {
         return None;
     }
-    let (first, last) = (ring.vertices[0], ring.vertices[ring.length - 1]);
+    let mut place = None;
+    let (first, last, fewest) = if ring.is_open() {
+        (ring.vertices[0], ring.vertices[ring.length - 1], ring.count)
+    } else {
+        // The region behind both facets begins at the one that runs from b to a.
+        let mut ends = [NONE; 2];
+        for f in complex.facets_at(a, b) {
+            let [x, y, z] = complex.facets[f as usize].vertices;
+            let forward = [[x, y], [y, z], [z, x]].contains(&[a, b]);
+            ends[usize::from(forward)] = x ^ y ^ z ^ a ^ b;
+        }
+        let at = ring.begin_at(ends[0], ends[1])?;
+        place = Some(at);
+        (ends[0], ends[1], at.min(ring.count - at))
+    };
     let (f, g) = (complex.facet([a, b, first])?, complex.facet([a, b, last])?);
     if complex.facets[f as usize].face != complex.facets[g as usize].face {
         return None;
     }
-    let taken = if ring.count == 1 {
+    let taken = if fewest == 1 {
         // The tet is peeled off: what lies behind must not be the boundary already.
         let on_facet = |f: &u32| complex.facets[*f as usize].vertices.contains(&last);
         complex.facets_of(first).iter().any(on_facet)
@@ -142,16 +188,25 @@ fn closable(complex: &Complex, [a, b]: [u32; 2], ring: &Ring) -> Option<[u32; 2]
     };
     // Three facets at a vertex of the boundary are the least.
     let spare = |v: u32| complex.facets_of(v).len() > 3;
-    (!taken && spare(a) && spare(b)).then_some([f, g])
+    (!taken && spare(a) && spare(b)).then_some(Sides { facets: [f, g], ends: [first, last], place })
 }
 
-/// The triangulation of the ring whose worst tet is best, if it is better than `least`.
-fn triangulate(complex: &Complex, [a, b]: [u32; 2], ring: &Ring, least: f64) -> Option<Table> {
-    let n = ring.length;
-    let mut table =
-        Table { worst: [[f64::INFINITY; RING_VERTICES]; RING_VERTICES], middle: [[0; RING_VERTICES]; RING_VERTICES] };
-    for span in 2..n {
-        for i in 0..n - span {
+impl Table {
+    fn new() -> Table {
+        Table { worst: [[f64::INFINITY; RING_VERTICES]; RING_VERTICES], middle: [[0; RING_VERTICES]; RING_VERTICES] }
+    }
+}
+
+/// Finds the triangulation of a stretch of the ring whose worst tet is best; whether it is better than `least`.
+fn triangulate(
+    complex: &Complex,
+    [a, b]: [u32; 2],
+    ring: &Ring,
+    ((from, to), least): ((usize, usize), f64),
+    table: &mut Table,
+) -> bool {
+    for span in 2..=to - from {
+        for i in from..=to - span {
             let k = i + span;
             let mut best = f64::NEG_INFINITY;
             for j in i + 1..k {
@@ -173,7 +228,7 @@ fn triangulate(complex: &Complex, [a, b]: [u32; 2], ring: &Ring, least: f64) -> 
             table.worst[i][k] = best;
         }
     }
-    (table.worst[0][n - 1] > least).then_some(table)
+    table.worst[from][to] > least
 }
 
 /// The tets of the best triangulation of a stretch of the ring.

@@ -77,7 +77,7 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, l
                 return;
             }
             // What was done elsewhere may have changed this place.
-            if !complex.is_crease(place.edge[0], place.edge[1]) && complex.facets_at(place.edge).len() == 2 {
+            if !complex.is_crease(place.edge[0], place.edge[1]) && complex.edge_facets(place.edge).len() == 2 {
                 gained |= draw_in(complex, ground, work, (place, close, lack));
             }
         }
@@ -155,7 +155,7 @@ fn edge_stray(complex: &Complex, ground: &Ground, [a, b]: [u32; 2]) -> f64 {
 
 /// The most that an edge and its facets stray.
 fn strays_around(complex: &Complex, ground: &Ground, edge: [u32; 2]) -> f64 {
-    let facets = complex.facets_at(edge);
+    let facets = complex.edge_facets(edge);
     facets.iter().map(|&f| complex.facets[f as usize].stray).fold(edge_stray(complex, ground, edge), f64::max)
 }
 
@@ -173,7 +173,7 @@ fn strays_since(complex: &Complex, ground: &Ground, mark: Mark) -> f64 {
 fn samples_around(complex: &Complex, ground: &Ground, edge: [u32; 2]) -> Vec<DVec3> {
     let [a, b] = complex.corners(edge);
     let middle = (a + b) * 0.5;
-    let facets = complex.facets_at(edge);
+    let facets = complex.edge_facets(edge);
     let corners = facets.iter().flat_map(|&f| complex.corners(complex.facets[f as usize].vertices));
     let reach = DVec3::splat(corners.map(|p| p.distance(middle)).fold(0.0, f64::max));
     let mut near: Vec<u32> = Vec::new();
@@ -212,7 +212,7 @@ fn draw_in(
 ) -> bool {
     let edge = place.edge;
     let mut around: Vec<u32> =
-        complex.facets_at(edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
+        complex.edge_facets(edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
     let samples = samples_around(complex, ground, edge);
     let before = match place.tip {
         Some((p, _)) => farthest(complex, &[p], &around),
@@ -252,7 +252,7 @@ fn ways(complex: &Complex, place: Place, keeps_vertices: bool) -> Vec<Way> {
     let mut ways = vec![Way::Flip];
     if let (Some((p, _)), false) = (place.tip, keeps_vertices) {
         let mut near: Vec<u32> =
-            complex.facets_at(place.edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
+            complex.edge_facets(place.edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
         near.retain(|&v| matches!(complex.freedom[v as usize], Freedom::Surface(_)));
         let away = |v: u32| complex.points[v as usize].distance_squared(p);
         near.sort_by(|&v, &w| away(v).total_cmp(&away(w)).then(v.cmp(&w)));

@@ -47,6 +47,8 @@ pub(super) struct Ground<'a> {
     pub features: &'a Features,
     /// The smooth part that each of the surface's triangles counts to.
     pub face: &'a [u32],
+    /// For each crease, whether it is to stay whole.
+    pub whole: &'a [bool],
     limit: f64,
     /// Facets may also stray by this share of their size.
     share: f64,
@@ -54,7 +56,12 @@ pub(super) struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     pub(super) fn new(surface: &'a Surface, features: &'a Features, face: &'a [u32]) -> Ground<'a> {
-        Ground { surface, features, face, limit: STRAY * surface.diagonal(), share: 0.0 }
+        Ground { surface, features, face, whole: &[], limit: STRAY * surface.diagonal(), share: 0.0 }
+    }
+
+    /// The same, with the creases that are to stay whole.
+    pub(super) fn keeping(self, whole: &'a [bool]) -> Ground<'a> {
+        Ground { whole, ..self }
     }
 
     /// A triangle of a smooth part of the surface that holds `p`.
@@ -101,8 +108,10 @@ impl<'a> Ground<'a> {
         let curve = &self.features.curves[number as usize];
         let past = (from < at) == (at < to);
         let length = complex.points[a as usize].distance(complex.points[b as usize]);
-        (past && (to - from).abs() < 0.5 * curve.length() || !curve.is_closed() && past)
-            && self.bulge(number, from, to) <= self.limit.max(self.share * length)
+        let is_whole = self.whole.get(number as usize) == Some(&true);
+        let most = if is_whole { 0.1 * self.limit } else { self.limit.max(self.share * length) };
+        let is_direct = !curve.is_closed() || (to - from).abs() < 0.5 * curve.length();
+        past && is_direct && self.bulge(number, from, to) <= most
     }
 
     /// The directions that a vertex may move in; none for those that may not.

@@ -55,6 +55,8 @@ mod outcome;
 
 mod patches;
 
+mod regions;
+
 mod resize;
 
 mod smooth;
@@ -100,7 +102,7 @@ pub fn improve(
     observer: &mut dyn Observer,
 ) -> String {
     let face = patches::joined(surface, features, mesh.boundary.len());
-    let ground = Ground::new(surface, features, &face);
+    let ground = Ground::new(surface, features, &face).keeping(&seeds.whole);
     let mut complex = bind::load(mesh, seeds, &ground);
     let creases = bind::crease_edges(&complex, &ground);
     complex.set_creases(creases.into_iter());

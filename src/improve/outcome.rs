@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::complex::{Complex, Freedom, NONE};
 use super::ground::Ground;
-use super::{endgame, measure, volume};
+use super::{endgame, measure, regions, volume};
 use crate::geometry::tetrahedron::{self, EDGES};
 use crate::seeds::SeedKind;
 use crate::tet_mesh::{BoundaryTriangle, TetMesh};
@@ -33,24 +33,34 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground, patch:
             Freedom::Fixed => {}
         }
     }
-    let mut tets: Vec<([u32; 4], u32)> = complex
-        .tets
-        .iter()
-        .filter(|t| t[0] != NONE)
-        .map(|t| (t.map(|v| place[v as usize]), complex.region[t[0] as usize]))
+    // Of vertices on an interface no region could be said.
+    let regions = complex.has_interfaces.then(|| regions::find(complex, ground));
+    let of_tet = |t: usize| match &regions {
+        Some(regions) => regions.of_tets[t],
+        None => complex.region[complex.tets[t][0] as usize],
+    };
+    let of_facet = |f: usize| match &regions {
+        Some(regions) => regions.of_facets[f],
+        None => [complex.region[complex.facets[f].vertices[0] as usize] as i32, -1],
+    };
+    let mut tets: Vec<([u32; 4], u32)> = (0..complex.tets.len())
+        .filter(|&t| complex.is_alive(t as u32))
+        .map(|t| (complex.tets[t].map(|v| place[v as usize]), of_tet(t)))
         .collect();
     tets.sort_by_key(|(t, _)| t.iter().copied().min());
     mesh.tets = tets.iter().map(|t| t.0).collect();
     mesh.regions = tets.iter().map(|t| t.1).collect();
-    let facets: Vec<[u32; 3]> = complex.facets.iter().map(|f| f.vertices).filter(|f| f[0] != NONE).collect();
+    let facets: Vec<usize> = (0..complex.facets.len()).filter(|&f| complex.facets[f].vertices[0] != NONE).collect();
     mesh.boundary = facets
         .par_iter()
-        .map(|&vertices| {
+        .map(|&f| {
+            let vertices = complex.facets[f].vertices;
+            let [inside, outside] = of_facet(f);
             let closest = surface.facing(complex.corners(vertices)) as usize;
             BoundaryTriangle {
                 vertices: vertices.map(|v| place[v as usize]),
-                region_inside: complex.region[vertices[0] as usize],
-                region_outside: -1,
+                region_inside: inside as u32,
+                region_outside: outside,
                 patch: patch[closest],
                 source_triangle: surface.source()[closest],
             }

@@ -12,7 +12,7 @@ use crate::geometry::tetrahedron::FACETS;
 
 /// Splits edge (a, b), which must not be a crease, in the middle; the new vertex, unless a tet would be flat or a facet stray.
 pub(super) fn split(complex: &mut Complex, ground: &Ground, edge: [u32; 2], change: &mut Change) -> Option<u32> {
-    let place = middle(complex, ground, edge, &complex.facets_at(edge))?;
+    let place = middle(complex, ground, edge, &complex.edge_facets(edge))?;
     split_at(complex, ground, edge, place, change)
 }
 
@@ -24,7 +24,7 @@ pub(super) fn split_at(
     (at, freedom): (DVec3, Freedom),
     change: &mut Change,
 ) -> Option<u32> {
-    let facets = complex.facets_at([a, b]);
+    let facets = complex.edge_facets([a, b]);
     let mark = complex.mark();
     let m = complex.add_vertex(Vertex { point: at, freedom, region: complex.region[a as usize] });
     change.clear();

@@ -80,6 +80,11 @@ fn travelers(complex: &Complex, ground: &Ground, sign: f64) -> Vec<Traveler> {
     let traveler = |vertex: u32| {
         let Freedom::Surface(_) = complex.freedom[vertex as usize] else { return None };
         let facets = complex.facets_of(vertex);
+        // What one region gains at an interface the other loses.
+        if complex.has_interfaces && facets.iter().any(|&f| is_interface(complex, complex.facets[f as usize].vertices))
+        {
+            return None;
+        }
         let normal2: DVec3 = facets
             .iter()
             .map(|&f| {
@@ -93,6 +98,12 @@ fn travelers(complex: &Complex, ground: &Ground, sign: f64) -> Vec<Traveler> {
         (gain * sign > 0.0).then_some(Traveler { vertex, way, gain, gone: 0.0, free: true })
     };
     (0..complex.points.len() as u32).filter(|&v| complex.on_boundary(v)).filter_map(traveler).collect()
+}
+
+/// Whether there are tets on both sides of a facet.
+fn is_interface(complex: &Complex, [a, b, c]: [u32; 3]) -> bool {
+    let has = |&&t: &&u32| complex.tets[t as usize].contains(&b) && complex.tets[t as usize].contains(&c);
+    complex.star(a).iter().filter(has).count() == 2
 }
 
 /// How far the surface is above the middle of a facet.

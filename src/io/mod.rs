@@ -14,5 +14,5 @@ pub mod vtk;
 
 mod write;
 
-pub use read::{load as load_surface, read as read_surface, read_initial};
+pub use read::{load as load_surface, read as read_surface, read_initial, read_lines};
 pub use write::{MeshData, write_mesh, write_surface};

@@ -118,15 +118,24 @@ impl Chain {
         })
     }
 
-    /// Pairs of consecutive seeds, and the arc length midway between them.
+    /// Pairs of consecutive seeds, and the arc length where a seed between them goes: about midway; from a corner a power
+    /// of two away, so that creases that meet there at an acute angle have seeds on common spheres around it and none comes
+    /// into the balls of the other (Shewchuk, *Delaunay refinement algorithms for triangular mesh generation*,
+    /// Computational Geometry 22, 2002, doi 10.1016/S0925-7721(01)00047-5: concentric shells).
     fn stretches(&self) -> impl Iterator<Item = ([u32; 2], f64)> + '_ {
         let n = self.seeds.len();
         let last = if self.closed && n > 2 { n } else { n.saturating_sub(1) };
         (0..last).map(move |k| {
             let (a, b) = (self.seeds[k], self.seeds[(k + 1) % n]);
-            let round = if b.at < a.at { self.length } else { 0.0 };
-            let middle = (a.at + b.at + round) / 2.0;
-            ([a.seed, b.seed], if middle < self.length { middle } else { middle - self.length })
+            let length = if b.at < a.at { b.at + self.length } else { b.at } - a.at;
+            let shell = (0.5 * length).log2().round().exp2();
+            let way = match [k == 0, k + 2 == n].map(|end| end && !self.closed) {
+                [true, _] => shell,
+                [false, true] => length - shell,
+                [false, false] => 0.5 * length,
+            };
+            let at = a.at + way;
+            ([a.seed, b.seed], if at < self.length { at } else { at - self.length })
         })
     }
 

@@ -7,14 +7,20 @@
 //!
 //! 1. q = g. From the newest pair (s, y) of motion and change of gradient to the oldest: α = ρ s.q, q -= α y.
 //! 2. r = γ D^-1 q, with the diagonal D of the Hessian with fixed cells and γ = s.y / y.D^-1 y of the newest pair.
-//! 3. From the oldest pair to the newest: r += (α - ρ y.r) s. The motion is -r.
+//! 3. From the oldest pair to the newest: r += (α - ρ y.r) s. The motion is -τ r.
 //!
-//! Without pairs this is -D^-1 g, the step of Lloyd. Departure: H0 is γ D^-1, not a multiple of the identity, so
-//! that seeds of all kinds and sizes of cell are scaled right from the start.
+//! Without pairs this is -D^-1 g, the step of Lloyd. Departures:
+//!
+//! - H0 is γ D^-1, not a multiple of the identity, so that seeds of all kinds and sizes of cell are scaled right from the
+//!   start.
+//! - No search along r, which would cost cells to be clipped again. Instead τ follows where past searches would have ended:
+//!   the slopes at both ends of a motion s tell it, by the secant, as -g.s / y.s motions. On the whole motions of τ = 1 are a
+//!   fifth too short: with it, a random start needs a fifth fewer evaluations.
 //!
 //! Cost: 4 m dot products and sums for a memory of m pairs.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
@@ -28,16 +34,29 @@ const MEMORY: usize = 7;
 /// A pair must be convex by at least this share: s.y against |s|_D |y|_(D^-1).
 const CONVEX: f64 = 1e-6;
 
+/// How much of τ is the newest motion's.
+const NEWEST: f64 = 0.2;
+
+/// What a motion may say of τ.
+const LENGTHS: RangeInclusive<f64> = 0.7..=1.5;
+
 struct Pair {
     motion: Vec<DVec3>,
     change: Vec<DVec3>,
 }
 
 /// The memory.
-#[derive(Default)]
 pub(super) struct Lbfgs {
     /// Oldest first.
     pairs: VecDeque<Pair>,
+    /// τ.
+    length: f64,
+}
+
+impl Default for Lbfgs {
+    fn default() -> Lbfgs {
+        Lbfgs { pairs: VecDeque::new(), length: 1.0 }
+    }
 }
 
 impl Lbfgs {
@@ -64,7 +83,7 @@ impl Lbfgs {
             let beta = dot(&pair.change, &r) / curvature;
             add_scaled(&mut r, alpha - beta, &pair.motion);
         }
-        r.iter_mut().for_each(|r| *r = -*r);
+        r.iter_mut().for_each(|r| *r *= -self.length);
         (r, Move::Lbfgs)
     }
 
@@ -74,6 +93,10 @@ impl Lbfgs {
         let stiff: Vec<DVec3> = motion.iter().zip(&slope.stiffness).map(|(s, &d)| *s * d).collect();
         let sizes = (dot(&motion, &stiff) * dot(&change, &slope.relaxed(&change))).sqrt();
         if curvature > CONVEX * sizes {
+            if !self.pairs.is_empty() {
+                let best = self.length * (1.0 - dot(&motion, &slope.gradient) / curvature);
+                self.length += NEWEST * (best.clamp(*LENGTHS.start(), *LENGTHS.end()) - self.length);
+            }
             if self.pairs.len() == MEMORY {
                 self.pairs.pop_front();
             }
@@ -91,6 +114,6 @@ impl Lbfgs {
 
     /// Forgets everything.
     pub(super) fn forget(&mut self) {
-        self.pairs.clear();
+        *self = Lbfgs::default();
     }
 }

@@ -56,7 +56,7 @@ use targets::{Confines, Target};
 const LEAST_SIZE: f64 = 0.05;
 
 /// Stretches of creases below twice this share of the spacing are not split.
-const LEAST_STRETCH: f64 = 0.1;
+const LEAST_STRETCH: f64 = 0.05;
 
 /// A motion of L-BFGS stands if the energy falls by this share of what the slope promises.
 const ENOUGH: f64 = 1e-4;

@@ -56,7 +56,7 @@ impl Blocks {
         match self.sides[self.index(self.at(p))] {
             Side::Inside => true,
             Side::Outside => false,
-            Side::Mixed | Side::Unknown => surface.tree().is_inside(p),
+            Side::Mixed | Side::Unknown => surface.is_inside(p),
         }
     }
 
@@ -67,7 +67,7 @@ impl Blocks {
             if self.sides[start] != Side::Unknown {
                 continue;
             }
-            let inside = surface.tree().is_inside(self.center(start));
+            let inside = surface.is_inside(self.center(start));
             let side = if inside { Side::Inside } else { Side::Outside };
             self.sides[start] = side;
             stack.push(start);

@@ -116,7 +116,7 @@ impl<'a> Demand<'a> {
     /// The spacing of `count` seeds if there were neither creases nor thin walls.
     pub(super) fn plain_spacing(&self, count: usize) -> f64 {
         let coarsest = 8.0 * self.surface.diagonal();
-        let plain = |h: f64| self.steiner[1] / (HEXAGON * h * h) + self.interior_wanted(h);
+        let plain = |h: f64| self.surface.area() / (HEXAGON * h * h) + self.interior_wanted(h);
         bisect(1e-6 * coarsest, coarsest, |h| plain(h) > count as f64)
     }
 
@@ -133,6 +133,11 @@ impl<'a> Demand<'a> {
     /// The needs of the curves.
     pub(super) fn needs(&self) -> &[CurveNeed] {
         &self.needs
+    }
+
+    /// For each crease, whether the mesh is to have it whole.
+    pub(super) fn whole(&self) -> Vec<bool> {
+        self.needs.iter().map(|n| n.whole).collect()
     }
 
     /// Seeds of kind surface that each shell must get.
@@ -215,7 +220,7 @@ impl<'a> Demand<'a> {
 
     fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
         let mut cells = 0.0;
-        let mut plain = self.steiner[1];
+        let mut plain = self.surface.area();
         for (t, v) in self.surface.triangles().iter().enumerate() {
             let s = v.map(|v| stretch * self.limits[v as usize]);
             if s.iter().all(|&s| s >= h) {
@@ -369,12 +374,17 @@ fn bisect(mut low: f64, mut high: f64, more: impl Fn(f64) -> bool) -> f64 {
 
 /// Coefficients of the volume at depth d: volume - area d + mean d^2 - gauss d^3. An edge whose normals turn by the
 /// angle a counts for its length times tan(a / 2), the exact value of a sharp convex edge and that of a smooth surface
-/// in the limit.
+/// in the limit. Interfaces have a layer on both sides: their area counts twice, and the terms beyond cancel.
 fn steiner(surface: &Surface) -> [f64; 4] {
-    let mut mean = 0.0;
+    let (mut mean, mut interfaces) = (0.0, 0.0);
     for pair in edges::sorted(surface.triangles()).chunks_exact(2) {
         let [a, b] = pair[0].0;
         let [t, u] = [0, 1].map(|k| edges::triangle_of(pair[k].1));
+        if surface.is_interface(t) {
+            // Each triangle has three edges.
+            interfaces += [t, u].map(|t| surface.normal2(t).length() / 6.0).iter().sum::<f64>();
+            continue;
+        }
         let [n, m] = [t, u].map(|t| surface.normal2(t).normalize_or_zero());
         let (p, q) = (surface.points()[a as usize], surface.points()[b as usize]);
         let other = surface.triangles()[u as usize].into_iter().find(|v| *v != a && *v != b);
@@ -383,10 +393,18 @@ fn steiner(surface: &Surface) -> [f64; 4] {
         let convex = if (other - p).dot(n) <= 0.0 { 1.0 } else { -1.0 };
         mean += convex * p.distance(q) * tangent;
     }
-    let shells = surface.shell_count() as f64;
     // Cavities turn the other way, but at depths where this term counts they are not what is left.
-    let gauss = 4.0 / 3.0 * std::f64::consts::PI * (shells - surface.genus() as f64);
-    [surface.volume(), surface.area(), mean, gauss]
+    let gauss = 4.0 / 3.0 * std::f64::consts::PI * shells_less_handles(surface);
+    [surface.volume(), surface.area() + interfaces, mean, gauss]
+}
+
+/// Number of shells less that of their handles, interfaces left out: half of Euler's characteristic.
+fn shells_less_handles(surface: &Surface) -> f64 {
+    let triangles = (0..surface.triangles().len()).filter(|&t| !surface.is_interface(t as u32));
+    let mut used = vec![false; surface.points().len()];
+    let faces = triangles.inspect(|&t| surface.triangles()[t].iter().for_each(|&v| used[v as usize] = true)).count();
+    let vertices = used.iter().filter(|&&u| u).count();
+    (vertices as f64 - faces as f64 / 2.0) / 2.0
 }
 
 /// Cells' worth of area around the corners: the angle of their fans over a full turn.

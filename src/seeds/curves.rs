@@ -18,11 +18,19 @@ const LONGEST_EDGE: f64 = 1.2;
 /// they are noise, and their corners, fixed and far closer than the spacing, would spoil the mesh around them.
 const RESOLVED: f64 = 2.0;
 
+/// Where no more than this share of all creases is below the resolution, the creases are designed, and all are kept whole.
+const DETAILS: f64 = 0.03;
+
+/// But networks shorter than so many spacings.
+const LEAST_DETAIL: f64 = 0.25;
+
 /// What decides how many seeds a crease gets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CurveNeed {
     /// Whether it is kept at all.
     pub(super) kept: bool,
+    /// Whether it is to be in the mesh whole and close, however fine it is: designed, not noise.
+    pub(super) whole: bool,
     /// Whether it is a closed loop without a corner.
     pub(super) closed: bool,
     /// Seeds without which its chain of edges would not be itself: 3 for a loop, 2 for a loop with one corner, 1
@@ -51,10 +59,18 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
         ends_at[a as usize] += 1;
         ends_at[b as usize] += 1;
     }
-    let mut kept = |v: u32| lengths[networks.find(v) as usize] >= RESOLVED * spacing;
+    // What the user asked for is kept in any case, and says nothing of the rest.
+    for c in features.curves.iter().filter(|c| c.is_given) {
+        lengths[networks.find(c.vertices[0]) as usize] = f64::INFINITY;
+    }
+    let unresolved: f64 = lengths.iter().filter(|&&l| l < RESOLVED * spacing).sum();
+    let own = features.curves.iter().filter(|c| !c.is_given).map(Curve::length);
+    let designed = unresolved <= DETAILS * own.sum::<f64>();
+    let least_length = if designed { LEAST_DETAIL } else { RESOLVED } * spacing;
+    let mut kept = |v: u32| lengths[networks.find(v) as usize] >= least_length;
     // A corner without a crease is the tip of a cone.
     let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
-    let corners = spread_corners(surface, corners, &ends_at, spacing);
+    let corners = spread_corners(surface, corners, &ends_at, crowded(designed) * spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
     let mut need = |c: &Curve| {
@@ -68,22 +84,27 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
             _ => usize::from(twins > 1),
         };
         let kept = kept(pair.0);
-        // Shorter than half a spacing, it may collapse.
-        let least = if kept && c.length() > 0.5 * spacing { least } else { 0 };
-        CurveNeed { kept, closed: closed && least > 0, least }
+        let whole = designed || c.is_given;
+        let may_collapse = c.length() <= if whole { LEAST_DETAIL } else { 0.5 } * spacing;
+        let least = if kept && !may_collapse { least } else { 0 };
+        CurveNeed { kept, whole: kept && whole, closed: closed && least > 0, least }
     };
     (features.curves.iter().map(&mut need).collect(), corners)
 }
 
-/// The corners but those that crowd another: where three creases or more meet comes first, then tips and the lower index.
-fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], spacing: f64) -> Vec<u32> {
+/// Seeds of creases nearer than so many spacings to a corner or another crease's seed are one too many.
+pub(super) fn crowded(whole: bool) -> f64 {
+    if whole { 0.05 } else { 0.25 }
+}
+
+/// The corners but those within `reach` of another: where three creases or more meet comes first, then tips and the lower index.
+fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], reach: f64) -> Vec<u32> {
     let rank = |v: u32| match ends_at[v as usize] {
         3.. => 0,
         0 => 1,
         _ => 2,
     };
     corners.sort_by_key(|&v| (rank(v), v));
-    let reach = super::CROWDED * spacing;
     let positions: Vec<DVec3> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
     let grid = CellGrid::new(&positions, 2.0 * reach);
     let mut stays = vec![true; corners.len()];

@@ -107,7 +107,7 @@ pub fn from_points(
             binding.settle(Boundary::Conform);
             binding.part(params)?;
             let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-            Ok(binding.into_seeds(plan.spacing, relative_size))
+            Ok(binding.into_seeds(plan.spacing, relative_size, demand.whole()))
         }
         Boundary::Free => {
             let spacing = (surface.volume() / (CELL * n as f64)).cbrt();
@@ -116,7 +116,7 @@ pub fn from_points(
             let mut binding = Binding::new(surface, &sizes, spacing, positions, &kinds)?;
             binding.settle(Boundary::Free);
             binding.part(params)?;
-            Ok(binding.into_seeds(spacing, vec![1.0; surface.points().len()]))
+            Ok(binding.into_seeds(spacing, vec![1.0; surface.points().len()], Vec::new()))
         }
     }
 }
@@ -155,7 +155,7 @@ impl<'a> Binding<'a> {
     ) -> Result<Binding<'a>, Error> {
         let tree = surface.tree();
         let closest: Vec<Closest> = positions.par_iter().map(|&p| tree.closest(p)).collect();
-        let inside: Vec<bool> = positions.par_iter().map(|&p| tree.is_inside(p)).collect();
+        let inside: Vec<bool> = positions.par_iter().map(|&p| surface.is_inside(p)).collect();
         let far = |(c, inside): &(&Closest, &bool)| !**inside && c.distance2 > spacing * spacing;
         let strays = closest.iter().zip(&inside).filter(far).count();
         if 2 * strays > positions.len() {
@@ -250,9 +250,11 @@ impl<'a> Binding<'a> {
             return (p, Anchor::Interior);
         }
         let outward = self.surface.normal2(closest.triangle).normalize_or_zero();
-        let below = snap(closest.point - outward * DEPTH * size);
+        // From an interface there are two ways in: the point stays on its side.
+        let in_front = self.surface.is_interface(closest.triangle) && (p - closest.point).dot(outward) > 0.0;
+        let below = snap(closest.point + outward * if in_front { DEPTH * size } else { -DEPTH * size });
         let tree = self.surface.tree();
-        let has_room = tree.is_inside(below) && tree.closest(below).distance2.sqrt() >= SHALLOW * size;
+        let has_room = self.surface.is_inside(below) && tree.closest(below).distance2.sqrt() >= SHALLOW * size;
         match boundary {
             _ if has_room => (below, Anchor::Interior),
             _ if self.inside[i] => (p, Anchor::Interior),
@@ -276,7 +278,7 @@ impl<'a> Binding<'a> {
                         let (position, anchor) = on_surface(&self.surface.tree().closest(there));
                         (self.positions[i], self.anchors[i]) = (position, Some(anchor));
                     }
-                    _ if self.surface.tree().is_inside(there) => self.positions[i] = there,
+                    _ if self.surface.is_inside(there) => self.positions[i] = there,
                     _ => {}
                 }
             }
@@ -317,10 +319,10 @@ impl<'a> Binding<'a> {
             .collect()
     }
 
-    fn into_seeds(self, spacing: f64, relative_size: Vec<f64>) -> Seeds {
+    fn into_seeds(self, spacing: f64, relative_size: Vec<f64>, whole: Vec<bool>) -> Seeds {
         let bound = |a: Option<Anchor>| a.expect("every point is settled: this is a bug in tetcvt");
         let anchors = self.anchors.into_iter().map(bound).collect();
-        Seeds { positions: self.positions, anchors, spacing, relative_size, keep_places: true }
+        Seeds { positions: self.positions, anchors, spacing, relative_size, keep_places: true, whole }
     }
 }
 

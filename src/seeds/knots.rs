@@ -17,16 +17,16 @@ use crate::geometry::triangle::closest_on_segment;
 use crate::surface::features::Curve;
 
 /// A crease may stray so far from its chords, over the spacing.
-const STRAY: f64 = 0.008;
+const STRAY: f64 = 0.0055;
 /// Seeds may move where the crease between their neighbours strays less than this, over the spacing, from a straight line.
 const STRAIGHT: f64 = 1e-3;
 /// What straying that far again weighs against a chord e times too long or too short.
-const WEIGHT: f64 = 3.0;
+const WEIGHT: f64 = 8.0;
 /// Steps between candidates on straight segments, over the spacing.
 const STEP: f64 = 0.2;
 /// Vertices closer to the candidate before than this, over the spacing, are none, unless the crease turns by more than
 /// [`TURN`] there.
-const FINEST: f64 = 0.05;
+const FINEST: f64 = 0.02;
 /// Cosine of 6 degrees.
 const TURN: f64 = 0.9945;
 /// Longest chord over the spacing.

@@ -99,6 +99,14 @@ impl Anchor {
             Anchor::Corner { .. } => SeedKind::Corner,
         }
     }
+
+    /// The crease that a seed so bound is on, but for corners.
+    pub fn curve(&self) -> Option<u32> {
+        match *self {
+            Anchor::Curve { curve, .. } | Anchor::Knot { curve, .. } => Some(curve),
+            _ => None,
+        }
+    }
 }
 
 /// Seeds in the frame, on its grid; no two alike. Those sampled are numbered along a Hilbert curve.
@@ -116,6 +124,8 @@ pub struct Seeds {
     /// Whether each seed is to stay where it is in the mesh, because somebody knows it by its number: no seed goes elsewhere
     /// unless a valid mesh needs it.
     pub keep_places: bool,
+    /// For each crease, whether the mesh is to have it whole and close, however fine that is; not where it is noise.
+    pub whole: Vec<bool>,
 }
 
 impl Seeds {
@@ -132,9 +142,6 @@ mod stream {
     pub(super) const INTERIOR: u64 = 3;
     pub(super) const INITIAL: u64 = 4;
 }
-
-/// Seeds of creases nearer than so many spacings to a corner or another such seed are one too many.
-const CROWDED: f64 = 0.25;
 
 /// How often the count that is said to do is measured again.
 const HONEST_ROUNDS: usize = 16;
@@ -173,7 +180,8 @@ fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).chain(inside).collect();
         debug_assert_eq!(positions.len(), count);
         let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-        return Ok(Seeds { positions, anchors, spacing: plan.spacing, relative_size, keep_places: false });
+        let whole = demand.whole();
+        return Ok(Seeds { positions, anchors, spacing: plan.spacing, relative_size, keep_places: false, whole });
     }
 }
 
@@ -293,16 +301,19 @@ fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> 
     let mut left: Vec<usize> = plan.curves.iter().map(Vec::len).collect();
     let mut stays = vec![true; seeds.len()];
     for (i, s) in seeds.iter().enumerate() {
-        let (Anchor::Curve { curve, .. } | Anchor::Knot { curve, .. }) = s.anchor else { continue };
+        let Some(curve) = s.anchor.curve() else { continue };
         let curve = curve as usize;
-        if left[curve] <= demand.needs()[curve].least {
+        let need = demand.needs()[curve];
+        if left[curve] <= need.least {
             continue;
         }
-        let reach = CROWDED * s.spacing;
+        // Where a crease that is to be whole bends its own seeds are close.
+        let is_own = |j: usize| need.whole && seeds[j].anchor.curve() == s.anchor.curve();
+        let reach = curves::crowded(need.whole) * s.spacing;
         let mut crowded = false;
         grid.near(s.position, reach, |j| {
             let earlier = (j as usize) < i && stays[j as usize];
-            crowded |= earlier && positions[j as usize].distance(s.position) < reach;
+            crowded |= earlier && !is_own(j as usize) && positions[j as usize].distance(s.position) < reach;
         });
         if crowded {
             stays[i] = false;
@@ -336,5 +347,5 @@ fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
     }
     let anchors = vec![Anchor::Interior; count];
     let relative_size = vec![1.0; surface.points().len()];
-    Ok(Seeds { positions, anchors, spacing, relative_size, keep_places: false })
+    Ok(Seeds { positions, anchors, spacing, relative_size, keep_places: false, whole: Vec::new() })
 }

@@ -1,6 +1,7 @@
 //! Creases and corners of a surface, by dihedral angle.
 //!
-//! Steps: 1. an edge is a crease when the normals of its two triangles differ by more than the angle; 2. a vertex of
+//! Steps: 1. an edge is a crease when the normals of its two triangles differ by more than the angle, or when it is on a line of
+//! the user's; 2. a vertex of
 //! the crease graph is a corner unless exactly two creases meet there and go on within the angle; vertices without a
 //! crease are corners when they are the tip of a cone; 3. creases are chained between corners, the rest are loops;
 //! 4. triangles are flooded into patches across the edges that are not creases.
@@ -23,16 +24,20 @@ pub struct Curve {
     pub vertices: Vec<u32>,
     /// Arc length from the first vertex to each, in frame units.
     pub arc: Vec<f64>,
+    /// Whether some of it is a line of the user's.
+    pub is_given: bool,
 }
 
 impl Curve {
-    fn new(vertices: Vec<u32>, points: &[DVec3]) -> Curve {
+    fn new(vertices: Vec<u32>, surface: &Surface) -> Curve {
+        let points = surface.points();
         let mut arc = vec![0.0];
         for edge in vertices.windows(2) {
             let length = points[edge[0] as usize].distance(points[edge[1] as usize]);
             arc.push(arc[arc.len() - 1] + length);
         }
-        Curve { vertices, arc }
+        let is_given = vertices.windows(2).any(|e| surface.is_on_line([e[0], e[1]]));
+        Curve { vertices, arc, is_given }
     }
 
     /// Length, in frame units.
@@ -97,7 +102,7 @@ pub struct Features {
 impl Features {
     /// The features of `surface`: edges whose faces' normals differ by more than `angle` degrees.
     ///
-    /// At 180 degrees there are none: no corners, no curves, one patch per shell.
+    /// At 180 degrees there are none but the user's lines: no corners, no curves, one patch per shell.
     pub fn find(surface: &Surface, angle: f64) -> Features {
         let twin = edges::twins(surface.triangles());
         // 1.
@@ -107,7 +112,7 @@ impl Features {
         let is_corner = corners(surface, &graph, angle);
         // 3.
         let curves = chain(&graph, &is_corner);
-        let curves = curves.into_iter().map(|vertices| Curve::new(vertices, surface.points())).collect();
+        let curves = curves.into_iter().map(|vertices| Curve::new(vertices, surface)).collect();
         let corners = (0..is_corner.len() as u32).filter(|&v| is_corner[v as usize]).collect();
         // 4.
         Features { corners, curves, face: patches(&twin, &crease) }
@@ -122,7 +127,8 @@ fn creases(surface: &Surface, twin: &[u32], angle: f64) -> Vec<bool> {
         .map(|e| {
             let (n, m) = (normals[e / 3], normals[twin[e] as usize / 3]);
             // acos loses half its digits near 0 and 180 degrees; this does not.
-            angle < 180.0 && 2.0 * (n - m).length().atan2((n + m).length()) > angle.to_radians()
+            let is_sharp = angle < 180.0 && 2.0 * (n - m).length().atan2((n + m).length()) > angle.to_radians();
+            is_sharp || surface.is_on_line(edges::ends(surface.triangles(), e as u32))
         })
         .collect()
 }

@@ -16,6 +16,8 @@ pub(crate) mod edges;
 
 pub mod features;
 
+pub mod imprint;
+
 mod measures;
 
 mod needles;
@@ -42,7 +44,10 @@ pub struct Surface {
     source: Vec<u32>,
     patch: Vec<u32>,
     shell: Vec<u32>,
-    solid_of_shell: Vec<u32>,
+    /// Edges that are creases whatever the angle, each with the lesser vertex first, in order.
+    lines: Vec<[u32; 2]>,
+    shells: Vec<Shell>,
+    has_interfaces: bool,
     frame: Frame,
     tree: BoxTree,
     notes: Vec<String>,
@@ -62,6 +67,59 @@ pub enum Mending {
     Repair,
 }
 
+/// What shells inside others are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Regions {
+    /// By turns cavities and solids within these.
+    #[default]
+    Parity,
+    /// Interfaces between two regions of one solid.
+    Nested,
+}
+
+/// How triangles become a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Treatment {
+    /// How much of what is wrong is mended.
+    pub mending: Mending,
+    /// What shells inside others are.
+    pub regions: Regions,
+}
+
+/// A connected piece of the surface. Those inside an even number of others face outward, the rest inward, whatever is
+/// on their other side.
+#[derive(Clone, Copy, Debug)]
+struct Shell {
+    /// The solid on the side behind it, by parity.
+    solid: u32,
+    /// How many others it lies inside.
+    depth: u32,
+    /// The regions behind and in front of it; -1 where there is none.
+    regions: [i32; 2],
+    /// Whether the solid is on both of its sides.
+    is_interface: bool,
+}
+
+impl Shell {
+    /// The shells of an oriented soup as `regions` has them.
+    fn all(shells: &orient::Shells, regions: Regions) -> Vec<Shell> {
+        (0..shells.solid.len())
+            .map(|s| {
+                let (solid, depth, around) = (shells.solid[s], shells.depth[s], shells.around[s]);
+                let (regions, is_interface) = match (regions, around) {
+                    (Regions::Parity, _) => ([solid as i32, -1], false),
+                    // Region s is what shell s holds but the shells within it do not.
+                    (Regions::Nested, None) => ([s as i32, -1], false),
+                    (Regions::Nested, Some(o)) if depth % 2 == 0 => ([s as i32, o as i32], true),
+                    (Regions::Nested, Some(o)) => ([o as i32, s as i32], true),
+                };
+                Shell { solid, depth, regions, is_interface }
+            })
+            .collect()
+    }
+}
+
 /// Triangles that have passed every check.
 struct Sound {
     soup: Soup,
@@ -73,7 +131,7 @@ struct Sound {
 impl Sound {
     /// Steps: 1. every edge has two triangles, every vertex one fan; 2. neighbours are turned alike; 3. triangles without
     /// area go; 4. shells are turned by how they nest; 5. nothing meets beyond common edges and vertices.
-    fn make(mut soup: Soup, marks: &mut Marks) -> Result<Sound, Defect> {
+    fn make(mut soup: Soup, regions: Regions, marks: &mut Marks) -> Result<Sound, Defect> {
         let mut notes = vec![];
         // 1.
         let twin = edges::check(&soup, marks)?;
@@ -86,7 +144,7 @@ impl Sound {
             shell = orient::agree(&mut soup, &twin, &mut notes, marks)?;
         }
         // 4.
-        let shells = orient::outward(&mut soup, shell, &mut notes, marks)?;
+        let shells = orient::outward(&mut soup, shell, regions, &mut notes, marks)?;
         // 5.
         let tree = BoxTree::build(&soup.points, &soup.triangles);
         crossings::check(&soup, &tree, marks)?;
@@ -108,10 +166,11 @@ impl Surface {
     /// # Panics
     /// Unless `source` and `patch` are as long as `triangles`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]], source: &[u32], patch: &[u32]) -> Result<Surface, Defect> {
-        Surface::build(points, triangles, [source, patch], Mending::default(), &mut Marks::default())
+        Surface::build(points, triangles, [source, patch], Treatment::default(), &mut Marks::default())
     }
 
-    /// The same with the choice of what is mended; the places of all that is wrong go to `marks`.
+    /// The same with the choice of what is mended and of what nested shells are; the places of all that is wrong go to
+    /// `marks`.
     ///
     /// # Errors
     /// The [`Defect`], with how often it occurs and where first.
@@ -122,7 +181,7 @@ impl Surface {
         points: &[DVec3],
         triangles: &[[u32; 3]],
         [source, patch]: [&[u32]; 2],
-        mending: Mending,
+        treatment: Treatment,
         marks: &mut Marks,
     ) -> Result<Surface, Defect> {
         assert!(
@@ -131,15 +190,16 @@ impl Surface {
         );
         let mut notes = vec![];
         let (mut soup, frame) = Soup::new(points, triangles, source, patch, &mut notes)?;
+        let Treatment { mending, regions } = treatment;
         if mending == Mending::Repair {
             repair::mend(&mut soup, &frame, &mut notes);
             marks.notes.clone_from(&notes);
         }
-        let sound = match Sound::make(soup.clone(), marks) {
+        let sound = match Sound::make(soup.clone(), regions, marks) {
             // What has no area may be a spike that overshoots: without it the surface may be sound.
             Err(defect @ Defect::SelfCrossing { .. }) => match needles::without_spikes(soup, &mut notes) {
                 Some(soup) => {
-                    let sound = Sound::make(soup, &mut Marks::default()).map_err(|_| defect)?;
+                    let sound = Sound::make(soup, regions, &mut Marks::default()).map_err(|_| defect)?;
                     marks.list.clear();
                     sound
                 }
@@ -147,15 +207,17 @@ impl Surface {
             },
             other => other?,
         };
-        notes.extend(sound.notes);
-        Ok(Surface::assemble(sound.soup, sound.shells, sound.tree, frame, notes))
+        notes.extend_from_slice(&sound.notes);
+        Ok(Surface::assemble(Sound { notes, ..sound }, regions, frame))
     }
 
-    fn assemble(soup: Soup, shells: orient::Shells, tree: BoxTree, frame: Frame, notes: Vec<String>) -> Surface {
+    fn assemble(sound: Sound, regions: Regions, frame: Frame) -> Surface {
+        let Sound { soup, shells: oriented, tree, notes } = sound;
         let Soup { points, triangles, source, patch, .. } = soup;
-        let count = shells.solid.len();
+        let shells = Shell::all(&oriented, regions);
+        let volumes = measures::shell_volumes(&points, &triangles, &oriented.of_triangle, shells.len());
         let mut volume = measures::Sum::default();
-        for v in measures::shell_volumes(&points, &triangles, &shells.of_triangle, count) {
+        for (v, _) in volumes.iter().zip(&shells).filter(|(_, s)| !s.is_interface) {
             volume.add(v.signed);
         }
         Surface {
@@ -167,8 +229,10 @@ impl Surface {
             triangles,
             source,
             patch,
-            shell: shells.of_triangle,
-            solid_of_shell: shells.solid,
+            lines: Vec::new(),
+            shell: oriented.of_triangle,
+            has_interfaces: shells.iter().any(|s| s.is_interface),
+            shells,
             frame,
             notes,
         }
@@ -186,7 +250,8 @@ impl Surface {
         &self.points
     }
 
-    /// Triangles, counter-clockwise seen from outside the solid.
+    /// Triangles, counter-clockwise seen from outside the solid; those of interfaces, from their side that is inside an even
+    /// number of shells.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -243,19 +308,52 @@ impl Surface {
         &self.shell
     }
 
-    /// For each shell, the solid that it bounds: an outermost shell and the cavities right inside it share one.
-    pub fn solid_of_shell(&self) -> &[u32] {
-        &self.solid_of_shell
+    /// The solid that a shell bounds by parity: an outermost shell and the cavities right inside it share one.
+    pub fn solid_of_shell(&self, shell: u32) -> u32 {
+        self.shells[shell as usize].solid
+    }
+
+    /// How many shells a shell lies inside.
+    pub fn depth_of_shell(&self, shell: u32) -> u32 {
+        self.shells[shell as usize].depth
+    }
+
+    /// The regions behind and in front of a shell's triangles; -1 where there is none.
+    pub fn regions_of_shell(&self, shell: u32) -> [i32; 2] {
+        self.shells[shell as usize].regions
+    }
+
+    /// Whether some shell is an interface between two regions.
+    pub fn has_interfaces(&self) -> bool {
+        self.has_interfaces
+    }
+
+    /// Whether triangle `t` has the solid on both of its sides.
+    pub fn is_interface(&self, t: u32) -> bool {
+        self.has_interfaces && self.shells[self.shell[t as usize] as usize].is_interface
+    }
+
+    /// Whether the solid, with all of its regions, holds `p`; exact, as [`BoxTree::is_inside`], which tells on which side of
+    /// the surface a point is.
+    pub fn is_inside(&self, p: DVec3) -> bool {
+        let mut inside = false;
+        self.tree.crossed_upward(p, |t| inside ^= !self.is_interface(t));
+        inside
     }
 
     /// Number of connected shells.
     pub fn shell_count(&self) -> usize {
-        self.solid_of_shell.len()
+        self.shells.len()
     }
 
     /// The way back to the model's coordinates.
     pub fn frame(&self) -> &Frame {
         &self.frame
+    }
+
+    /// Whether the edge between two vertices is on a line of the user's.
+    pub(crate) fn is_on_line(&self, [a, b]: [u32; 2]) -> bool {
+        self.lines.binary_search(&[a.min(b), a.max(b)]).is_ok()
     }
 
     /// The box tree over the triangles.
@@ -268,12 +366,12 @@ impl Surface {
         &self.notes
     }
 
-    /// Volume of the solid, in the frame.
+    /// Volume of the solid, all regions together, in the frame.
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// Area of the surface, in the frame.
+    /// Area of the surface, interfaces included, in the frame.
     pub fn area(&self) -> f64 {
         self.area
     }

@@ -4,6 +4,7 @@
 //! the other shells that hold it, by exact crossings of a ray; 3. an even count makes a shell the outside of a solid,
 //! an odd one a cavity of the solid right around it; 4. turn the shells whose signed volume has the wrong sign.
 
+use super::Regions;
 use super::box_tree::BoxTree;
 use super::defects::{Defect, Flaw, Marks};
 use super::edges::{self, EdgeId};
@@ -16,6 +17,10 @@ pub(super) struct Shells {
     pub of_triangle: Vec<u32>,
     /// For each shell, its solid.
     pub solid: Vec<u32>,
+    /// For each shell, how many others it lies inside.
+    pub depth: Vec<u32>,
+    /// For each shell, the one right around it.
+    pub around: Vec<Option<u32>>,
 }
 
 /// Orients neighbours alike (step 1); returns the shell of each triangle.
@@ -82,6 +87,7 @@ pub(super) fn agree(
 pub(super) fn outward(
     soup: &mut Soup,
     of_triangle: Vec<u32>,
+    regions: Regions,
     notes: &mut Vec<String>,
     marks: &mut Marks,
 ) -> Result<Shells, Defect> {
@@ -103,13 +109,23 @@ pub(super) fn outward(
     }
     let turned = |cavity: bool| (0..count).filter(|&s| wrong[s] && is_cavity(s) == cavity).count();
     note_count(notes, turned(false), "shell was inside out and was turned", "shells were inside out and were turned");
-    note_count(
-        notes,
-        turned(true),
-        "shell lies inside another and faced outward; it was turned and is a cavity (nesting parity)",
-        "shells lie inside others and faced outward; they were turned and are cavities (nesting parity)",
-    );
-    Ok(Shells { of_triangle, solid: solids(&around) })
+    // An interface may face either way.
+    if regions == Regions::Parity {
+        note_count(
+            notes,
+            turned(true),
+            "shell lies inside another and faced outward; it was turned and is a cavity (nesting parity)",
+            "shells lie inside others and faced outward; they were turned and are cavities (nesting parity)",
+        );
+    }
+    let right_around: Vec<Option<u32>> = (0..count).map(|s| right_around(&around, s)).collect();
+    let depth: Vec<u32> = around.iter().map(|a| a.len() as u32).collect();
+    Ok(Shells { of_triangle, solid: solids(&depth, &right_around), depth, around: right_around })
+}
+
+/// The shell right around shell `s`: the one of those around it that is deepest itself.
+fn right_around(around: &[Vec<u32>], s: usize) -> Option<u32> {
+    around[s].iter().copied().max_by_key(|&o| (around[o as usize].len(), std::cmp::Reverse(o)))
 }
 
 /// For each shell, the others that hold its first vertex, in order.
@@ -135,18 +151,11 @@ fn enclosing(soup: &Soup, of_triangle: &[u32]) -> Vec<Vec<u32>> {
 }
 
 /// For each shell, its solid: that of the shell right around it for a cavity, a new one otherwise.
-fn solids(around: &[Vec<u32>]) -> Vec<u32> {
-    let owner = |s: usize| match around[s].len() {
-        // Right around it is the one of those around it that is deepest itself.
-        depth if depth % 2 == 1 => {
-            around[s].iter().copied().max_by_key(|&o| (around[o as usize].len(), std::cmp::Reverse(o)))
-        }
-        _ => None,
-    };
-    let mut number = vec![u32::MAX; around.len()];
+fn solids(depth: &[u32], around: &[Option<u32>]) -> Vec<u32> {
+    let mut number = vec![u32::MAX; depth.len()];
     let mut solids = 0;
-    for s in 0..around.len() {
-        let root = owner(s).map_or(s, |o| o as usize);
+    for s in 0..depth.len() {
+        let root = around[s].filter(|_| depth[s] % 2 == 1).map_or(s, |o| o as usize);
         if number[root] == u32::MAX {
             number[root] = solids;
             solids += 1;

@@ -66,28 +66,26 @@ fn vertices_used(mesh: &TetMesh) -> Result<(), String> {
     }
 }
 
-/// No facet has more than two tets, and regions do not change across those that have two.
+/// No facet has more than two tets.
 fn facets(mesh: &TetMesh) -> Result<(), String> {
-    let mut facets: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * mesh.tets.len());
+    match facets_of(mesh).chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
+        Some(same) => Err(format!("facet {:?} has {} tets", same[0].0, same.len())),
+        None => Ok(()),
+    }
+}
+
+/// The facets of all tets by their vertices, each with its tet and its number there.
+fn facets_of(mesh: &TetMesh) -> Vec<([u32; 3], u32, u8)> {
+    let mut facets: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(4 * mesh.tets.len());
     for (t, tet) in mesh.tets.iter().enumerate() {
-        for facet in FACETS {
+        for (i, facet) in (0..).zip(FACETS) {
             let mut key = facet.map(|k| tet[k]);
             key.sort_unstable();
-            facets.push((key, t as u32));
+            facets.push((key, t as u32, i));
         }
     }
     facets.sort_unstable();
-    for same in facets.chunk_by(|a, b| a.0 == b.0) {
-        match *same {
-            [_] => {}
-            [(key, t), (_, u)] if mesh.regions[t as usize] != mesh.regions[u as usize] => {
-                return Err(format!("tets {t} and {u} of different regions share facet {key:?}"));
-            }
-            [_, _] => {}
-            _ => return Err(format!("facet {:?} has {} tets", same[0].0, same.len())),
-        }
-    }
-    Ok(())
+    facets
 }
 
 /// A triangle turned so that its least vertex is first; its orientation stays.
@@ -99,19 +97,33 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// The boundary is the facets that have one tet, as seen from outside, with their regions.
+/// The boundary is the facets that have one tet, as seen from outside, and those between two regions, as seen from one of
+/// them, each once and with its regions.
 fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
-    let mut expected: Vec<([u32; 3], u32)> =
-        mesh.single_facets().into_iter().map(|(t, f)| (turned(f), mesh.regions[t as usize])).collect();
-    let mut found: Vec<([u32; 3], u32)> = mesh.boundary.iter().map(|f| (turned(f.vertices), f.region_inside)).collect();
-    expected.sort_unstable();
+    let region = |t: u32| mesh.regions[t as usize];
+    let seen = |&(_, t, i): &([u32; 3], u32, u8)| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
+    let mut found: Vec<([u32; 3], u32, i64)> =
+        mesh.boundary.iter().map(|f| (turned(f.vertices), f.region_inside, i64::from(f.region_outside))).collect();
     found.sort_unstable();
-    if expected.len() != found.len() {
-        return Err(format!("{} boundary triangles where {} facets have one tet", found.len(), expected.len()));
+    let mut left = found.len();
+    for same in facets_of(mesh).chunk_by(|a, b| a.0 == b.0) {
+        let outside = |other: usize| same.get(other).map_or(-1, |f| i64::from(region(f.1)));
+        let mut times = 0;
+        for (k, facet) in same.iter().enumerate() {
+            times += usize::from(found.binary_search(&(seen(facet), region(facet.1), outside(1 - k))).is_ok());
+        }
+        let expected = usize::from(same.len() == 1 || region(same[0].1) != region(same[1].1));
+        if times != expected {
+            return Err(format!(
+                "facet {:?} is {times} boundary triangles with its regions, not {expected}",
+                same[0].0
+            ));
+        }
+        left = left.wrapping_sub(times);
     }
-    match expected.iter().zip(&found).find(|(e, f)| e != f) {
-        Some((e, f)) => Err(format!("boundary triangle {f:?} where the facet is {e:?} (vertices, region)")),
-        None => Ok(()),
+    match left {
+        0 => Ok(()),
+        _ => Err(format!("{left} boundary triangles are no facets with their regions, or there twice")),
     }
 }
 

@@ -11,7 +11,8 @@
 //!    loop around them first. A facet is made once and used by the cells on both of its sides, turned over: cells
 //!    conform, and each is closed.
 //!
-//! The pieces of a cell that the solid cuts in several are one polyhedron with all their faces.
+//! The pieces of a cell that the solid cuts in several are one polyhedron with all their faces. Interfaces between regions cut
+//! nothing.
 //! Cost: that of clipping, and a sort of the segments.
 
 use glam::DVec3;
@@ -86,7 +87,7 @@ impl Polyhedra {
     pub fn of(delaunay: &Delaunay, surface: &Surface, clipped: &ClippedVoronoi, seeds: usize) -> Polyhedra {
         // 1. and 2.
         let (pieces, mut segments) = pieces::collect(delaunay.points(), surface, &clipped.adjacency);
-        segments.extend(segments::of_edges(delaunay, clipped));
+        segments.extend(segments::of_edges(delaunay, surface, clipped));
         let mut keys: Vec<Key> = segments.iter().flat_map(|s| [s.from, s.to]).collect();
         keys.extend(pieces.iter().flat_map(|p| &p.corners));
         keys.par_sort_unstable();

@@ -39,7 +39,8 @@ pub(super) fn collect(
         .map(|&start| {
             let (polygon, faces, segments) = (Polygon::default(), Vec::new(), Vec::new());
             let mut block = Block { points, surface, adjacency, polygon, faces, segments };
-            (start..(start + BLOCK as u32).min(count)).for_each(|t| block.add_triangle(t, owners));
+            let ends = (start..(start + BLOCK as u32).min(count)).filter(|&t| !surface.is_interface(t));
+            ends.for_each(|t| block.add_triangle(t, owners));
             (block.faces, block.segments)
         })
         .collect();

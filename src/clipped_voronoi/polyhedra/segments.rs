@@ -4,13 +4,15 @@ use rayon::prelude::*;
 
 use super::{Key, Segment};
 use crate::clipped_voronoi::crossings::{Crossings, FACET};
-use crate::clipped_voronoi::{ClippedVoronoi, Crossing};
+use crate::clipped_voronoi::{ClippedVoronoi, Crossing, outer_crossings};
 use crate::delaunay::{Delaunay, INFINITE};
+use crate::surface::Surface;
 
 /// The segments of all Voronoi edges, by tet.
-pub(super) fn of_edges(delaunay: &Delaunay, clipped: &ClippedVoronoi) -> Vec<Segment<Key>> {
+pub(super) fn of_edges(delaunay: &Delaunay, surface: &Surface, clipped: &ClippedVoronoi) -> Vec<Segment<Key>> {
     let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
-    let crossings = Crossings::new(&clipped.crossings, delaunay.points().len());
+    let outer = outer_crossings(surface, &clipped.crossings);
+    let crossings = Crossings::new(&outer, delaunay.points().len());
     let of_tet = |t: usize| {
         let crossings = &crossings;
         (0..4).flat_map(move |f| {

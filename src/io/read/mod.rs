@@ -13,11 +13,13 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::geometry::polygon;
 use crate::surface::defects::{Defect, Marks};
-use crate::surface::{Mending, Surface, note_count};
+use crate::surface::{Surface, Treatment, note_count};
 
 mod gltf;
 
 mod initial;
+
+mod lines;
 
 mod obj;
 
@@ -38,6 +40,7 @@ mod vtk_xml;
 mod words;
 
 pub use initial::read_initial;
+pub use lines::read_lines;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,15 +162,15 @@ impl Soup {
     /// # Errors
     /// The [`Defect`] that keeps it from bounding a solid.
     pub fn check(self) -> Result<Surface, Defect> {
-        self.check_mended(Mending::default(), &mut Marks::default())
+        self.check_as(Treatment::default(), &mut Marks::default())
     }
 
-    /// The same with the choice of what is mended; the places of all that is wrong go to `marks`.
+    /// The same with the choice of what is mended and of what nested shells are; the places of all that is wrong go to `marks`.
     ///
     /// # Errors
     /// The [`Defect`] that keeps it from bounding a solid.
-    pub fn check_mended(self, mending: Mending, marks: &mut Marks) -> Result<Surface, Defect> {
-        let surface = Surface::build(&self.points, &self.triangles, [&self.source, &self.patch], mending, marks)?;
+    pub fn check_as(self, treatment: Treatment, marks: &mut Marks) -> Result<Surface, Defect> {
+        let surface = Surface::build(&self.points, &self.triangles, [&self.source, &self.patch], treatment, marks)?;
         Ok(surface.with_notes(self.notes))
     }
 
