@@ -16,23 +16,25 @@ awk '$1 == "v" { v[++n] = $2 " " $3 " " $4 }
      $1 == "f" { for (i = 2; i <= 4; i++) { split($i, c, "/"); t[i] = c[1] - 1 } f[++m] = "3 " t[2] " " t[3] " " t[4] }
      END { print "OFF"; print n, m, 0; for (i = 1; i <= n; i++) print v[i]; for (i = 1; i <= m; i++) print f[i] }' \
     "$surface" > target/chain/surface.off
-# Side by side: the same machine at the same time.
+# Side by side: the same machine at the same time, each by the processor time of its one thread.
 target/chain_cgal target/chain/surface.off "$count" > target/chain/cgal.txt &
 cgal=$!
-target/release/tetcvt -q "$surface" --seeds "$count" --threads 1 \
-    -o target/chain/ours.vtu --surface target/chain/ours.vtp --json target/chain/ours.json
-wait $cgal
-python3 - target/chain/ours.json target/chain/cgal.txt <<'END'
+python3 - "$surface" "$count" > target/chain/ours.txt <<'END'
 import json
+import resource
+import subprocess
 import sys
 
-with open(sys.argv[1]) as file:
-    report = json.load(file)
-ours, seconds = report["mesh"], report["time"]["total"]
-with open(sys.argv[2]) as file:
-    vertices, tets, smallest, first, mean, chain = map(float, file.read().split())
-print("mesher,vertices,tets,min_dihedral,mean_min_dihedral,seconds")
-print(f"CGAL,{vertices:.0f},{tets:.0f},{smallest:.1f},{mean:.1f},{chain:.1f}")
-print(f"tetcvt,{ours['vertices']},{ours['tets']},{ours['min_dihedral']:.1f},{ours['mean_min_dihedral']:.1f},{seconds:.1f}")
-print(f"# tetcvt / CGAL: {seconds / chain:.3f}")
+folder = "target/chain"
+subprocess.run(["target/release/tetcvt", "-q", sys.argv[1], "--seeds", sys.argv[2], "--threads", "1", "-o", f"{folder}/ours.vtu",
+                "--surface", f"{folder}/ours.vtp", "--json", f"{folder}/ours.json"], check=True)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+with open(f"{folder}/ours.json") as file:
+    mesh = json.load(file)["mesh"]
+print(mesh["vertices"], mesh["tets"], mesh["min_dihedral"], mesh["mean_min_dihedral"], used.ru_utime + used.ru_stime)
 END
+wait $cgal
+echo mesher,vertices,tets,min_dihedral,mean_min_dihedral,seconds
+awk 'NR == 1 { printf "CGAL,%d,%d,%.1f,%.1f,%.2f\n", $1, $2, $3, $5, $6; chain = $6 }
+     NR == 2 { printf "tetcvt,%d,%d,%.1f,%.1f,%.2f\n# tetcvt / CGAL: %.3f\n", $1, $2, $3, $4, $5, $5 / chain }' \
+    target/chain/cgal.txt target/chain/ours.txt

@@ -25,6 +25,8 @@ pub(super) struct Worklist {
     near: Vec<u32>,
     /// Whether no vertex may be made or taken out, be it that the count comes out right.
     pub(super) keeps_vertices: bool,
+    /// Whether the boundary is to follow the surface.
+    pub(super) follows: bool,
     /// The commit at which nothing helped a tet, by slot.
     hopeless: Vec<u32>,
     /// Tets treated so far, and at most.

@@ -112,6 +112,7 @@ pub fn improve(
     complex.set_floor(params.min_dihedral.to_radians() + MARGIN);
     let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
+    work.follows = params.boundary == Boundary::Conform;
     passes(&mut complex, &ground, &mut work, mesh.points.len(), observer);
     let kept = params.preserve_volume.then(|| volume::preserve(&mut complex, &ground));
     let improved = outcome::store(mesh, &complex, &ground, patch);
@@ -182,6 +183,10 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
 
 /// Brings the boundary closer to the surface without a change of the count; tets may lack `lack` more to the floor afterwards.
 fn draw_closer(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (count, lack): (usize, f64)) {
+    // Free seeds keep their distance from the surface.
+    if !work.follows {
+        return;
+    }
     let before = complex.clone();
     follow::run(complex, ground, work, lack);
     if !endgame::restore_count(complex, ground, work, count) {
