@@ -6,6 +6,7 @@ Volumes and boundaries must agree within what the spacing allows, the dihedral a
 theirs, and a Poisson problem solved with linear elements have no larger error and condition number (within what CONDITION and
 ERROR leave against fTetWild). The table is printed and written.
 """
+import os
 import subprocess
 import sys
 import tempfile
@@ -164,7 +165,10 @@ def compare(exe, model, name, surface, mesher, folder):
 
 def main(exe, table, *models):
     lines = [",".join(("model", "mesher", "apart", *COLUMNS))]
+    exe, table, *models = (Path(path).resolve() for path in (exe, table, *models))
     with tempfile.TemporaryDirectory() as folder:
+        # fTetWild leaves a file where it runs.
+        os.chdir(folder)
         for model in models:
             surface = thinned(model, Path(folder))
             for name, mesher in (("TetGen", by_tetgen), ("fTetWild", by_tetwild)):
