@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::extract::{Proposal, Sampling};
+use crate::geometry::places::Places;
 use crate::geometry::tetrahedron::FACETS;
 use crate::geometry::triangle::{centroid, normal2};
 use crate::seeds::Anchor;
@@ -22,30 +23,38 @@ const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
 const MOST: f64 = 0.023;
 
-/// A facet of the boundary and the volume between it and the surface: positive where the mesh lacks it.
+/// A facet of the boundary and the volume between it and the surface: positive where the tets behind it lack it.
 struct Loss {
     proposal: Proposal,
     volume: f64,
+    account: usize,
 }
 
-/// Seeds that bring the volume of the tets `inside` closer to the solid's; none where it is close enough.
+/// Seeds that bring the volume of the tets `inside` closer to the solid's; none where it is close enough. What each interface
+/// shuts in has an account of its own.
 pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+    let surface = sampling.surface;
     let mut losses: Vec<Loss> =
         (0..inside.len() as u32).into_par_iter().flat_map_iter(|t| losses_of(sampling, inside, t)).collect();
-    let total: f64 = losses.iter().map(|l| l.volume).sum();
-    let mut excess = total.abs() - TOLERATED * sampling.surface.volume();
-    losses.retain(|l| l.volume * total > 0.0);
+    let mut total = vec![0.0; 1 + surface.shell_count()];
+    losses.iter().for_each(|l| total[l.account] += l.volume);
+    let volumes = (0..surface.shell_count() as u32).map(|s| surface.volume_of_shell(s));
+    let volumes = std::iter::once(surface.volume()).chain(volumes);
+    let mut excess: Vec<f64> = total.iter().zip(volumes).map(|(t, v)| t.abs() - TOLERATED * v).collect();
+    losses.retain(|l| l.volume * total[l.account] > 0.0);
     losses.sort_by(|a, b| b.volume.abs().total_cmp(&a.volume.abs()));
     let most = (MOST * sampling.kinds.len() as f64) as usize;
     let mut chosen: Vec<Proposal> = Vec::new();
+    let mut places = Places::new(losses.get(losses.len() / 2).map_or(1.0, |l| l.proposal.size));
     for loss in losses {
-        if excess <= 0.0 || chosen.len() >= most {
+        let Loss { proposal, volume, account } = loss;
+        if chosen.len() >= most {
             break;
         }
-        let Loss { proposal, volume } = loss;
-        if chosen.iter().all(|c| c.place.distance(proposal.place) > proposal.size) {
+        if excess[account] > 0.0 && !places.any_within(proposal.place, proposal.size) {
+            places.insert(proposal.place);
             chosen.push(proposal);
-            excess -= GAIN * volume.abs();
+            excess[account] -= GAIN * volume.abs();
         }
     }
     chosen
@@ -68,6 +77,7 @@ fn losses_of<'a>(sampling: &'a Sampling, inside: &'a [bool], t: u32) -> impl Ite
                 replaces: None,
             },
             volume: volume_between(normal2(a, b, c), closest.point - middle),
+            account: account(sampling, closest.triangle),
         }
     })
 }
@@ -76,4 +86,12 @@ fn losses_of<'a>(sampling: &'a Sampling, inside: &'a [bool], t: u32) -> impl Ite
 /// the facet's corners.
 fn volume_between(normal2: DVec3, offset: DVec3) -> f64 {
     0.75 * normal2.dot(offset) / 2.0
+}
+
+/// Where the volume between a facet and a triangle counts: the number of its shell plus 1 for an interface, else 0.
+fn account(sampling: &Sampling, triangle: u32) -> usize {
+    match sampling.surface.is_interface(triangle) {
+        true => 1 + sampling.surface.shell()[triangle as usize] as usize,
+        false => 0,
+    }
 }

@@ -56,6 +56,8 @@ pub mod delaunay;
 // What a caller chooses and hears.
 pub mod error;
 
+pub mod sizing;
+
 pub mod params;
 
 pub mod progress;

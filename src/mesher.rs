@@ -12,7 +12,7 @@ use crate::relax::{Relaxation, Stopped};
 use crate::seeds::{self, InitialPoints};
 use crate::surface::Surface;
 use crate::surface::features::Features;
-use crate::tet_mesh::TetMesh;
+use crate::tet_mesh::{SizeRatio, TetMesh};
 
 /// Iterations against slivers, at most.
 const MOST_AGAINST_SLIVERS: usize = 3;
@@ -73,9 +73,16 @@ fn mesh(
     observer.stage(Stage::Seeds);
     let started = Instant::now();
     let features = Features::find(surface, params.feature_angle);
+    let sizing = seeds::sizing(surface, &features, params)?;
+    // Where sizes vary, the surface is split until they are nearly linear on its triangles.
+    let refined = sizing.as_ref().map(|s| s.refined(surface));
+    let (surface, features) = match &refined {
+        None => (surface, features),
+        Some(refined) => (refined, Features::find(refined, params.feature_angle)),
+    };
     let seeds = match initial {
-        None => seeds::sample(surface, &features, params)?,
-        Some(initial) => seeds::initial::from_points(surface, &features, initial, params)?,
+        None => seeds::sample_sized(surface, &features, params, sizing)?,
+        Some(initial) => seeds::initial::from_points(surface, &features, initial, params, sizing)?,
     };
     let seeds_s = started.elapsed().as_secs_f64();
     observer.seeds(None, &seeds.positions, surface.frame());
@@ -115,7 +122,7 @@ fn mesh(
 
     // 4. The restricted Delaunay tets and their boundary.
     let kinds = relaxation.seeds().kinds();
-    let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
+    let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
     // The input's own patches, or else the smooth pieces between its creases.
     let patch = if surface.has_patches() { surface.patch() } else { &features.face };
     let mut mesh = extract::mesh(&sampling, &inside, patch);
@@ -131,6 +138,7 @@ fn mesh(
     let improve_s = started.elapsed().as_secs_f64();
     mesh.turn_interfaces(|region| surface.depth_of_shell(region));
 
+    mesh.size_ratio = SizeRatio::of(&mesh, relaxation.seeds(), surface);
     mesh.stopped = describe(stopped, params);
     (mesh.steps, mesh.times) = relaxation.into_record();
     mesh.times.seeds = seeds_s;

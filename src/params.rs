@@ -2,6 +2,7 @@
 
 pub use crate::delaunay::Method as Update;
 use crate::error::Error;
+use crate::sizing::Sizes;
 
 /// The largest count of vertices: the kernel packs a tet's index and a facet into 32 bits, and there are under 8 tets to a
 /// vertex.
@@ -25,6 +26,8 @@ pub enum Target {
     Edge(f64),
     /// As many as edges of this share of the surface's bounding-box diagonal need (0.02 = 2 %).
     RelativeEdge(f64),
+    /// As many as [`Params::sizes`] need.
+    Sizes,
 }
 
 /// Where seeds may lie.
@@ -66,6 +69,9 @@ pub enum Optimizer {
 pub struct Params {
     /// How many vertices: a count of 4 to [`MOST_SEEDS`], or a positive length of edges.
     pub target: Target,
+    /// What the length of edges is to depend on. With a count these are relative, with a length of edges that is the
+    /// largest.
+    pub sizes: Sizes,
     /// Where seeds may lie.
     pub boundary: Boundary,
     /// Edges whose faces' normals differ by more than this, in degrees, are creases: over 0, and 180 keeps none.
@@ -101,6 +107,7 @@ impl Default for Params {
     fn default() -> Params {
         Params {
             target: Target::Count(20_000),
+            sizes: Sizes::default(),
             boundary: Boundary::Conform,
             feature_angle: 40.0,
             start: Start::Bcc,
@@ -133,8 +140,12 @@ impl Params {
             Target::Edge(l) | Target::RelativeEdge(l) if !(l.is_finite() && l > 0.0) => {
                 return refuse("edge", format!("{l} is not a positive length"));
             }
+            Target::Sizes if !self.sizes.vary() => {
+                return refuse("size-field", "there are no sizes for the number of vertices to follow from".to_owned());
+            }
             _ => {}
         }
+        self.sizes.validate()?;
         if !(self.feature_angle > 0.0 && self.feature_angle <= 180.0) {
             return refuse("feature-angle", format!("{} is not over 0 and at most 180 degrees", self.feature_angle));
         }

@@ -85,6 +85,7 @@ mod tests {
             regions: vec![0],
             boundary: Vec::new(),
             steps: Vec::new(),
+            size_ratio: None,
             stopped: String::new(),
             improved: String::new(),
             times: StageTimes::default(),

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::extract::{self, Defect, DefectKind, Proposal, Sampling};
 use crate::fidelity;
 use crate::geometry::frame::snap;
+use crate::geometry::places::Places;
 use crate::params::{Boundary, Params};
 use crate::progress::Observer;
 use crate::relax::{Relaxation, Stopped};
@@ -59,7 +60,7 @@ pub fn follow_surface(
             break;
         }
         let kinds = relaxation.seeds().kinds();
-        let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
+        let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
         let labels = extract::label(&sampling, relaxation.clipped());
         let mut donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
         // The surface of a thin solid, which has all the seeds already, gains nothing by robbing itself.
@@ -90,9 +91,10 @@ pub fn until_valid(
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
     let mut best = (usize::MAX, 0);
+    let mut crowds = false;
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
-        let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacing);
+        let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
         let labels = extract::label(&sampling, relaxation.clipped());
         let labels = extract::mend(&sampling, labels);
         let mut defects = extract::defects(&sampling, &labels, &relaxation.clipped().crossings);
@@ -104,8 +106,10 @@ pub fn until_valid(
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
-        let splits =
-            if round < CREASE_ROUNDS && !keeps_places { splits(relaxation, &sampling, &labels) } else { Vec::new() };
+        let splits = match round < CREASE_ROUNDS && !keeps_places {
+            true => splits(relaxation, &sampling, &labels, &mut crowds),
+            false => Vec::new(),
+        };
         proposals.extend_from_slice(&splits);
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
@@ -144,8 +148,8 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
 }
 
 /// Where to put seeds on creases that the boundary of the tets `inside` does not contain. Where creases that are noise
-/// crowd they are let be: splitting one would take the next one's edges.
-fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+/// crowd they are let be from then on: splitting one would take the next one's edges.
+fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowds: &mut bool) -> Vec<Proposal> {
     let boundary = extract::boundary::Boundary::of(&sampling.complex, inside);
     let mut edges: Vec<[u32; 2]> = boundary
         .triangles
@@ -158,7 +162,8 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<
     let mut splits = relaxation.crease_splits(|a, b| edges.binary_search(&[a.min(b), a.max(b)]).is_ok());
     let whole = &relaxation.seeds().whole;
     let is_whole = |anchor: &Anchor| anchor.curve().is_some_and(|c| whole.get(c as usize) == Some(&true));
-    if splits.iter().filter(|s| !is_whole(&s.1)).count() > sampling.kinds.len() / MOST_SPLITS + FEW_SPLITS {
+    *crowds |= splits.iter().filter(|s| !is_whole(&s.1)).count() > sampling.kinds.len() / MOST_SPLITS + FEW_SPLITS;
+    if *crowds {
         splits.retain(|s| is_whole(&s.1));
     }
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
@@ -167,16 +172,17 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool]) -> Vec<
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.
 fn moved_away(relaxation: &Relaxation, unused: &[Defect]) -> Vec<Proposal> {
     let seeds = relaxation.seeds();
-    let gap = |c: &Crossing| c.point.distance(seeds.positions[c.facet[0] as usize]);
+    let gap = |c: &Crossing| c.point.distance(seeds.positions[c.facet[0] as usize]) / seeds.spacing_at(c.point);
     let mut coarsest: Vec<&Crossing> = relaxation.clipped().crossings.iter().collect();
-    coarsest.sort_by(|a, b| gap(b).total_cmp(&gap(a)));
+    coarsest.sort_by_cached_key(|c| std::cmp::Reverse(gap(c).to_bits()));
     let mut found: Vec<Proposal> = Vec::new();
     for crossing in coarsest {
         let Some(defect) = unused.get(found.len()) else { break };
-        let far = |p: DVec3| p.distance(crossing.point) > 2.0 * seeds.spacing;
+        let spacing = seeds.spacing_at(crossing.point);
+        let far = |p: DVec3| p.distance(crossing.point) > 2.0 * spacing;
         if unused.iter().all(|d| far(d.place)) && found.iter().all(|p| far(p.place)) {
             let (place, anchor) = (crossing.point, Anchor::Surface { triangle: crossing.triangle });
-            found.push(Proposal { place, anchor, size: seeds.spacing, replaces: Some(defect.seeds[0]) });
+            found.push(Proposal { place, anchor, size: spacing, replaces: Some(defect.seeds[0]) });
         }
     }
     found
@@ -210,9 +216,11 @@ fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) 
     let cells = &relaxation.clipped().cells;
     let seeds = relaxation.seeds();
     let adjacency = &relaxation.clipped().adjacency;
+    let relative = |i: u32| sampling.spacing.relative(seeds.positions[i as usize]);
+    // Over what a seed should have where it is.
     let size = |i: u32| match sampling.kinds[i as usize] {
-        SeedKind::Interior => cells[i as usize].volume,
-        _ => cells[i as usize].area_mass,
+        SeedKind::Interior => cells[i as usize].volume / relative(i).powi(3),
+        _ => cells[i as usize].area_mass * relative(i).powi(2),
     };
     let mut spare: Vec<u32> = (0..seeds.positions.len() as u32)
         .filter(|&i| match sampling.kinds[i as usize] {
@@ -230,7 +238,9 @@ fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) 
             taken[own as usize] = true;
         }
     }
-    let wanted = |p: DVec3| proposals.iter().any(|q| q.place.distance(p) < 2.0 * seeds.spacing);
+    let mut places = Places::new(seeds.spacing);
+    proposals.iter().for_each(|q| places.insert(q.place));
+    let wanted = |p: DVec3| places.any_within(p, 2.0 * seeds.spacing_at(p));
     let mut spare = spare.into_iter();
     let mut found = Vec::new();
     for &proposal in proposals {

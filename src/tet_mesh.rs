@@ -10,6 +10,10 @@ use crate::seeds::SeedKind;
 
 mod check;
 
+mod size_ratio;
+
+pub use size_ratio::SizeRatio;
+
 /// A facet of the mesh's boundary, or of an interface between two of its regions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoundaryTriangle {
@@ -61,6 +65,8 @@ pub struct TetMesh {
     pub boundary: Vec<BoundaryTriangle>,
     /// What each iteration did.
     pub steps: Vec<Step>,
+    /// The lengths of its edges over the sizes asked for, where these vary.
+    pub size_ratio: Option<SizeRatio>,
     /// Why the iterations ended, for a human.
     pub stopped: String,
     /// What became of the floor for dihedral angles, for a human; empty where none was aimed at.

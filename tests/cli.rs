@@ -93,7 +93,7 @@ fn wrong_usage_ends_with_status_2_and_says_why() {
 #[test]
 fn options_of_later_versions_are_not_accepted() {
     let folder = folder_with_cube();
-    for option in ["--size-field=f.vtu", "--features=f.obj"] {
+    for option in ["--animate=f.obj", "--sizes=f.vtu"] {
         let run = run(folder.path(), &["cube.obj", option]);
         assert_eq!(run.status, Some(2), "{option}");
         assert!(run.stderr.contains("unexpected argument"), "{}", run.stderr);
@@ -242,7 +242,7 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
         (
             "/mesh",
             "vertices tets surface_triangles interior_seeds surface_seeds curve_seeds corner_seeds volume volume_error \
-             hausdorff rms_distance min_dihedral max_dihedral mean_min_dihedral mean_radius_ratio dihedral_histogram",
+             size_ratio hausdorff rms_distance min_dihedral max_dihedral mean_min_dihedral mean_radius_ratio dihedral_histogram",
         ),
         ("/time", "total read check seeds build update centroids extract improve measure write"),
         ("/update", "filter predicate flips repair renewal build"),

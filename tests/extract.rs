@@ -541,18 +541,24 @@ fn lost_shells_made_up_handles_and_unused_seeds_are_named() {
 fn check_names_what_is_wrong_with_a_mesh() {
     let mesh = whole("cube", &Sampled::new(boxes(&[([0.0; 3], [1.0; 3])]), 500));
     type Damage = (&'static str, fn(&mut TetMesh));
-    let damages: [Damage; 6] = [
+    let damages: [Damage; 8] = [
         ("inverted", |m| m.tets[7].swap(0, 1)),
         ("is in no tet", |m| {
             m.points.push(DVec3::ZERO);
             m.kinds.push(SeedKind::Interior);
             m.seeds.push(u32::MAX);
         }),
-        ("boundary triangles where", |m| {
+        ("is no boundary triangle with its region", |m| {
             m.boundary.pop();
         }),
-        ("where the facet is", |m| m.boundary[3].vertices.swap(0, 1)),
-        ("different regions", |m| m.regions[5] += 1),
+        ("is no boundary triangle with its region", |m| m.boundary[3].vertices.swap(0, 1)),
+        ("is no boundary triangle with its region", |m| m.boundary[3].region_outside = 0),
+        ("some boundary triangles are there twice", |m| m.boundary.push(m.boundary[0])),
+        ("different regions", |m| {
+            let inner =
+                (0..m.tets.len()).find(|&t| m.tets[t].iter().all(|&v| m.kinds[v as usize] == SeedKind::Interior));
+            m.regions[inner.expect("a tet inside")] += 1;
+        }),
         ("does not exist", |m| m.tets[0][0] = 1_000_000),
     ];
     for (message, damage) in damages {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use tetcvt::Surface;
-use tetcvt::io::read::{Soup, parse};
+use tetcvt::io::read::{Soup, parse, parse_initial, parse_lines};
 
 use crate::shapes::Shape;
 use crate::support::Rng;
@@ -203,6 +203,29 @@ fn patches_reach_the_mesh() {
 }
 
 #[test]
+fn numbers_that_no_format_of_the_output_holds_are_renumbered_with_a_note() {
+    for (numbers, patches, noted) in [
+        (["7", "2147483646"], [7, 2147483646], false),
+        (["7", "2147483647"], [0, 1], true),
+        (["-1", "3"], [0, 1], true),
+        (["0.5", "0.25"], [1, 0], true),
+    ] {
+        let shape = Shape::tetrahedron();
+        let mut text = String::from("ply\nformat ascii 1.0\nelement vertex 4\n");
+        text += "property double x\nproperty double y\nproperty double z\nelement face 4\n";
+        text += "property list uchar int vertex_indices\nproperty double patch\nend_header\n";
+        shape.points.iter().for_each(|p| text += &format!("{} {} {}\n", p.x, p.y, p.z));
+        for (f, face) in shape.faces.iter().enumerate() {
+            text += &format!("3 {} {} {} {}\n", face[0], face[1], face[2], numbers[f / 2]);
+        }
+        let surface = surface("a.ply", text.as_bytes());
+        assert_eq!([surface.patch()[0], surface.patch()[3]], patches, "{numbers:?}");
+        let note = surface.notes().iter().any(|n| n.contains("patches were numbered in their order"));
+        assert_eq!(note, noted, "{numbers:?}: {:?}", surface.notes());
+    }
+}
+
+#[test]
 fn errors_say_where() {
     let ply =
         "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
@@ -285,6 +308,8 @@ fn no_bytes_make_a_reader_panic() {
             for _ in 0..1 + rng.below(3) {
                 mutate(&mut bytes, &files, &mut rng);
             }
+            // Two that read something else in such files.
+            let _ = (parse_initial(&bytes, Path::new(name)), parse_lines(&bytes));
             match parse(&bytes, Path::new(name)) {
                 Ok(soup) => {
                     let points = soup.points().len() as u32;

@@ -54,6 +54,9 @@ mod moments;
 // Energy, kinds of seeds, determinism, stopping.
 mod relax;
 
+// Sizes that vary.
+mod sizes;
+
 // Creases in the mesh.
 mod creases;
 
@@ -65,6 +68,9 @@ mod init;
 
 // From triangulation to mesh.
 mod extract;
+
+// Nested shells as interfaces between regions.
+mod regions;
 
 // Slivers taken out.
 mod improve;

@@ -28,6 +28,7 @@ pub fn two_cubes() -> TetMesh {
         regions: Vec::new(),
         boundary: Vec::new(),
         steps: Vec::new(),
+        size_ratio: None,
         stopped: String::new(),
         improved: String::new(),
         times: StageTimes::default(),

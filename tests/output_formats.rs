@@ -65,6 +65,40 @@ fn stl_refuses_what_single_precision_would_tear() {
     }
 }
 
+/// Numbers that a library's user may give but no format can hold are an error, not a panic; the largest that fit are written.
+#[test]
+fn numbers_beyond_signed_integers_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |mesh: &tetcvt::TetMesh, name: &str| {
+        let path = folder.path().join(name);
+        match (MeshFormat::of(&path), io::format::SurfaceFormat::of(&path)) {
+            (Some(format), _) => {
+                let quality = TetQuality::of(mesh);
+                let data = MeshData { mesh, quality: &quality, second_order: None, encoding: Encoding::Binary };
+                write_mesh(&path, format, &data)
+            }
+            (None, format) => io::write_surface(&path, format.unwrap(), mesh, Encoding::Binary),
+        }
+    };
+    let largest = i32::MAX as u32 - 1;
+    type Damage = (&'static str, fn(&mut tetcvt::TetMesh, u32));
+    let damages: [Damage; 3] = [
+        ("patch", |m, id| m.boundary[5].patch = id),
+        ("region", |m, id| m.regions[5] = id),
+        ("source triangle", |m, id| m.boundary[5].source_triangle = id),
+    ];
+    for (what, damage) in damages {
+        for name in ["a.vtu", "a.vtk", "a.msh", "a.mesh", "a.inp", "a.node", "a.vtp", "a.obj", "a.ply"] {
+            let mut mesh = two_cubes();
+            damage(&mut mesh, largest);
+            write(&mesh, name).unwrap_or_else(|e| panic!("{name} {what}: {e}"));
+            damage(&mut mesh, largest + 1);
+            let Err(Error::Write { reason, .. }) = write(&mesh, name) else { panic!("{name} {what} is written") };
+            assert!(reason.starts_with(&format!("{what} 2147483647 is over")), "{reason}");
+        }
+    }
+}
+
 /// Runs the program on `model` in `folder`.
 fn mesh(folder: &Path, model: &Path, arguments: &[&str]) {
     tetcvt(folder).arg(model).args(arguments).arg("--quiet").assert().success();

@@ -51,6 +51,7 @@ fn mesh(center: DVec3, side: f64) -> TetMesh {
         regions: vec![0; 6],
         boundary: boundary.collect(),
         steps: Vec::new(),
+        size_ratio: None,
         stopped: String::new(),
         improved: String::new(),
         times: StageTimes::default(),

@@ -1,9 +1,13 @@
 //! The unit of length and the origin do not matter: a model at any scale and offset has the same mesh.
 
 use glam::DVec3;
+use tetcvt::clipped_voronoi::{Clipper, Polyhedra};
+use tetcvt::delaunay::Delaunay;
 use tetcvt::params::Target;
-use tetcvt::progress::Silent;
-use tetcvt::{Params, TetMesh, tetrahedralize};
+use tetcvt::progress::{Observer, Silent};
+use tetcvt::second_order::SecondOrder;
+use tetcvt::surface::features::Features;
+use tetcvt::{Params, Surface, TetMesh, tetrahedralize};
 
 use crate::shapes::Shape;
 
@@ -91,5 +95,65 @@ fn any_offset_gives_the_same_mesh_as_far_as_its_digits_go() {
             let shift = DVec3::new(1.0, -0.7, 0.3) * offset * scale;
             assert_alike(&one, &mesh(&shape, shift, scale), scale, &format!("{scale} {offset}"));
         }
+    }
+}
+
+/// A sphere with a box in it, kept as an interface.
+fn nested() -> Shape {
+    Shape::icosphere(3, 1.0).with(&Shape::cuboid(DVec3::splat(-0.4), DVec3::splat(0.4)))
+}
+
+/// Regions, tets of the second order and clipped cells: the exact same under powers of two, alike elsewhere.
+#[test]
+fn regions_curved_tets_and_cells_come_with_the_mesh() {
+    let run = |shift: DVec3, scale: f64| {
+        let surface = crate::regions::nested(&nested().placed(shift, scale));
+        let params =
+            Params { target: Target::Count(600), iterations: 4, tolerance: 0.0, check: true, ..Params::default() };
+        let mut watch = Cells::default();
+        let mesh = tetrahedralize(&surface, &params, &mut watch).unwrap_or_else(|e| panic!("{scale} {shift}: {e}"));
+        mesh.check().unwrap_or_else(|violation| panic!("{scale} {shift}: {violation}"));
+        let curved = SecondOrder::of(&mesh, &surface, &Features::find(&surface, params.feature_angle));
+        assert!((watch.volume - 1.0).abs() < 1e-11, "{scale} {shift}: the cells have {} of the volume", watch.volume);
+        (mesh, curved)
+    };
+    let (one, one_curved) = run(DVec3::ZERO, 1.0);
+    for scale in [2f64.powi(-600), 2f64.powi(500)] {
+        let (other, curved) = run(DVec3::ZERO, scale);
+        assert!(one.points.iter().zip(&other.points).all(|(p, q)| *p * scale == *q), "{scale}");
+        assert!(one.regions == other.regions && one.boundary == other.boundary, "{scale}");
+        assert!(one_curved.points.iter().zip(&curved.points).all(|(p, q)| *p * scale == *q), "{scale}");
+    }
+    for (scale, offset) in [(1e-12, 0.0), (1e12, 0.0), (1.0, 1e7), (1e-12, -1e7), (1e12, 1e7)] {
+        let (other, curved) = run(DVec3::new(1.0, -0.7, 0.3) * offset * scale, scale);
+        assert_alike(&one, &other, scale, &format!("{scale} {offset}"));
+        for region in 0..2 {
+            let count = |mesh: &TetMesh| mesh.regions.iter().filter(|&&r| r == region).count() as f64;
+            let ratio = count(&one) / count(&other);
+            assert!((ratio - 1.0).abs() < 0.1, "{scale} {offset}: region {region} differs by {ratio}");
+        }
+        let held_back = [&one_curved, &curved].map(|c| c.held_back);
+        assert!(held_back[0].abs_diff(held_back[1]) <= 12, "{scale} {offset}: {held_back:?}");
+    }
+}
+
+/// The share of the solid's volume that the clipped cells have at the end.
+#[derive(Default)]
+struct Cells {
+    volume: f64,
+}
+
+impl Observer for Cells {
+    fn triangulation(&mut self, delaunay: &Delaunay, surface: &Surface) {
+        let cells = Clipper::new(surface).clip(delaunay);
+        let polyhedra = Polyhedra::of(delaunay, surface, &cells, delaunay.points().len());
+        let mut volume = 0.0;
+        for c in 0..polyhedra.len() {
+            for (corners, _) in polyhedra.faces(c) {
+                let at = |i: usize| polyhedra.points[corners[i] as usize];
+                volume += (1..corners.len() - 1).map(|i| at(0).dot(at(i).cross(at(i + 1))) / 6.0).sum::<f64>();
+            }
+        }
+        self.volume = volume / surface.volume();
     }
 }

@@ -142,6 +142,7 @@ fn on_surface(surface: &Surface, count: usize) -> Seeds {
         positions: order.iter().map(|&i| drawn[i as usize].0).collect(),
         anchors: order.iter().map(|&i| Anchor::Surface { triangle: drawn[i as usize].1 }).collect(),
         spacing,
+        sizing: None,
         relative_size: vec![1.0; surface.points().len()],
         whole: Vec::new(),
     }

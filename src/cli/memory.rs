@@ -4,11 +4,11 @@ use crate::params::{MOST_SEEDS, Params, Target};
 use crate::surface::Surface;
 
 /// Bytes that any run takes.
-const BASE: f64 = 2e7;
+const BASE: f64 = 1e7;
 
-/// Bytes to a vertex of the mesh, and to a triangle of the surface, at the peak of a run: measured with 20,000 to 400,000
-/// vertices over surfaces of 3,674 to 69,664 triangles.
-const PER_VERTEX: f64 = 2000.0;
+/// Bytes to a vertex of the mesh, and to a triangle of the surface, at the peak of a run: measured with 5,000 to 100,000
+/// vertices over surfaces of 446 and 69,664 triangles; with these the estimate was from 1 % below to 15 % above.
+const PER_VERTEX: f64 = 3900.0;
 const PER_TRIANGLE: f64 = 600.0;
 
 /// Vertices over the volume of a regular tet's edge cubed, and over the area of that edge squared: what `--edge` leads to,
@@ -23,6 +23,8 @@ pub(super) fn estimate(params: &Params, surface: &Surface) -> f64 {
         Target::Count(n) => n as f64,
         Target::Edge(l) => by_edge(l * surface.frame().scale),
         Target::RelativeEdge(share) => by_edge(share * surface.diagonal()),
+        // Not before these are known.
+        Target::Sizes => 0.0,
     };
     // More is refused.
     let vertices = vertices.min(MOST_SEEDS as f64);

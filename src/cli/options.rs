@@ -2,15 +2,17 @@
 
 use std::num::{IntErrorKind, ParseIntError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::{ArgAction, Parser};
 
 use crate::error::Error;
 use crate::io::atomic;
 use crate::io::format::{Encoding, MeshFormat, SurfaceFormat};
-use crate::io::{read_initial, read_lines};
+use crate::io::{read_initial, read_lines, read_sizes};
 use crate::params::{Boundary, Optimizer, Params, Start, Target, Update};
 use crate::seeds::InitialPoints;
+use crate::sizing::{SizeField, Sizes};
 use crate::surface::imprint::Polyline;
 use crate::surface::{Mending, Regions, Treatment};
 
@@ -41,6 +43,8 @@ Examples:
       edges of 2 % of the diagonal, files where you want them, and a report
   tetcvt part.obj -o part.msh --second-order --surface part.stl
       curved tets for Gmsh, with groups for regions and patches, and the boundary as STL
+  tetcvt part.obj --size-field '0.5 + 0.1*x' --edge 2
+      edges that grow with x, none over 2 long
   tetcvt frame2.obj --init frame1.vtu
       the mesh of frame 1 carried over to frame 2 of a motion, vertex by vertex";
 
@@ -67,6 +71,25 @@ pub(super) struct Options {
     /// Target edge length in model units, in place of --seeds; 2% = of the bounding-box diagonal
     #[arg(long, value_name = "L|L%", help_heading = "Size", value_parser = edge, allow_hyphen_values = true)]
     edge: Option<Target>,
+
+    /// Edge lengths: an expression in x, y, z, or a mesh with point data `size`; with --seeds relative
+    #[arg(long, value_name = "EXPR|FILE", help_heading = "Size", allow_hyphen_values = true)]
+    size_field: Option<String>,
+
+    /// Edges are the radius of curvature over K [K: 4], at most 5 % of the diagonal; with --seeds relative
+    #[arg(
+        long,
+        value_name = "K",
+        help_heading = "Size",
+        num_args = 0..=1,
+        default_missing_value = "4",
+        allow_negative_numbers = true
+    )]
+    curvature: Option<f64>,
+
+    /// Edge lengths grow by at most G per length [default: 0.3 with --size-field or --curvature]
+    #[arg(long, value_name = "G", help_heading = "Size", allow_negative_numbers = true)]
+    grade: Option<f64>,
 
     /// Where seeds may lie
     #[arg(long, help_heading = "Seeds", default_value = "conform")]
@@ -225,6 +248,7 @@ pub(super) enum ReportTarget {
 pub(super) struct Job {
     pub surface: PathBuf,
     init: Option<PathBuf>,
+    size_file: Option<PathBuf>,
     pub initial: Option<InitialPoints>,
     features: Option<PathBuf>,
     pub lines: Vec<Polyline>,
@@ -248,7 +272,12 @@ impl Options {
     /// Refuses what no run could honour, before anything is computed.
     pub(super) fn into_job(self) -> Result<Job, Error> {
         let mut params = self.params();
+        if let Some(path) = self.size_file() {
+            // Before the rest is validated, which says nothing of files.
+            params.sizes.field = Some(SizeField::Mesh(Arc::new(read_sizes(path)?)));
+        }
         params.validate()?;
+        let size_file = self.size_file().map(Path::to_owned);
         let stem = self.surface.file_stem().unwrap_or(self.surface.as_os_str()).to_owned();
         let default_name = |suffix: &str| {
             let mut name = stem.clone();
@@ -297,6 +326,7 @@ impl Options {
         let job = Job {
             surface,
             init: self.init,
+            size_file,
             initial,
             features: self.features,
             lines,
@@ -319,15 +349,30 @@ impl Options {
         Ok(job)
     }
 
+    /// The file that sizes come from, if it is no expression.
+    fn size_file(&self) -> Option<&Path> {
+        let path = Path::new(self.size_field.as_ref()?);
+        let is_file =
+            path.extension().is_some_and(|e| ["vtu", "vtk"].iter().any(|known| e.eq_ignore_ascii_case(known)));
+        is_file.then_some(path)
+    }
+
     fn params(&self) -> Params {
         let defaults = Params::default();
         let target = match (self.seeds, self.edge) {
             (Some(count), _) => Target::Count(count),
             (None, Some(edge)) => edge,
+            (None, None) if self.size_field.is_some() || self.curvature.is_some() => Target::Sizes,
             (None, None) => defaults.target,
+        };
+        let sizes = Sizes {
+            field: self.size_field.clone().map(SizeField::Expression),
+            curvature: self.curvature,
+            grade: self.grade,
         };
         Params {
             target,
+            sizes,
             boundary: self.boundary,
             feature_angle: self.feature_angle,
             start: self.start,
@@ -376,6 +421,9 @@ impl Job {
             }
             if self.init.as_deref().is_some_and(|init| atomic::same_file(path, init)) {
                 return refuse(option, format!("{} is the mesh to start from", path.display()));
+            }
+            if self.size_file.as_deref().is_some_and(|file| atomic::same_file(path, file)) {
+                return refuse(option, format!("{} is the file of sizes", path.display()));
             }
             if self.features.as_deref().is_some_and(|features| atomic::same_file(path, features)) {
                 return refuse(option, format!("{} holds the lines of --features", path.display()));

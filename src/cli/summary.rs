@@ -5,6 +5,7 @@ use std::fmt::{self, Display, Formatter};
 use crate::delaunay::Breakdown;
 use crate::quality::BIN_DEGREES;
 use crate::report::Report;
+use crate::tet_mesh::SizeRatio;
 
 /// Bins of the report that share a line.
 const BINS_A_LINE: usize = 2;
@@ -45,6 +46,12 @@ impl Display for Summary<'_> {
             100.0 * mesh.rms_distance,
             input.diagonal
         )?;
+        if let Some(SizeRatio { median, p5, p95 }) = mesh.size_ratio {
+            writeln!(
+                f,
+                "sizes      edges have {median:.3} of the length asked for there in the median, {p5:.3} to {p95:.3} from the 5th to the 95th percentile"
+            )?;
+        }
         writeln!(
             f,
             "dihedral   {:.2} to {:.2} degrees, mean of each tet's smallest {:.2}; mean radius ratio {:.4}",

@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 use super::sheet::Linear;
+use super::slices::Face;
+use super::weighted;
 use crate::geometry::triangle::normal2;
 
 /// What a seed owns of the solid and of its surface. Moments are relative to the seed.
@@ -10,9 +12,11 @@ use crate::geometry::triangle::normal2;
 pub struct Cell {
     /// Volume of the cell within the solid.
     pub volume: f64,
-    /// Integral of x - seed over it.
+    /// Integral over it of the density of the solid: its volume where that is 1.
+    pub mass: f64,
+    /// Integral of x - seed over it, weighted by the density.
     pub moment: DVec3,
-    /// Integral of |x - seed|^2 over it: its share of the CVT energy.
+    /// Integral of |x - seed|^2 over it, weighted by the density: its share of the CVT energy.
     pub energy: f64,
     /// Area of the surface within the cell.
     pub area: f64,
@@ -35,6 +39,20 @@ impl Cell {
         self.energy += d / 20.0 * (a.length_squared() + b.length_squared() + c.length_squared() + sum.length_squared());
     }
 
+    /// The same with densities at the seed and at the corners, linear between them (see `weighted.rs`).
+    pub(super) fn add_weighted_tet(&mut self, corners: [DVec3; 3], densities: [f64; 4]) {
+        let [a, b, c] = corners;
+        self.add_weighted(a.dot(b.cross(c)) / 6.0, corners, densities);
+    }
+
+    fn add_weighted(&mut self, volume: f64, corners: [DVec3; 3], densities: [f64; 4]) {
+        let [mass, x, y, z, energy] = weighted::tet(volume, corners.map(|p| p.to_array()), densities);
+        self.volume += volume;
+        self.mass += mass;
+        self.moment += DVec3::new(x, y, z);
+        self.energy += energy;
+    }
+
     /// Adds a convex piece of the surface, with corners relative to the seed, and the cone over it.
     ///
     /// Its area counts along the unit normal `normal` of the surface, so that the pieces of a triangle add up to it
@@ -42,6 +60,28 @@ impl Cell {
     /// of its plane over the seed, those over the cone are h A / 3, h M / 4 and h E / 5. A density, linear on the piece, is of
     /// degree 1 in the mass and of degree 2 in the moment, both exact.
     pub(super) fn add_polygon(&mut self, corners: &[DVec3], normal: DVec3, density: Linear) {
+        let (area, first, second) = self.add_area(corners, normal, density);
+        let height = normal.dot(corners[0]);
+        self.volume += height * area / 6.0;
+        self.moment += first * (height / 24.0);
+        self.energy += height * second / 120.0;
+    }
+
+    /// The same, where the solid has the density `at_seed` at the seed and `solid` on the piece.
+    pub(super) fn add_weighted_polygon(&mut self, corners: &[DVec3], face: &Face, at_seed: f64) {
+        self.add_area(corners, face.normal, face.density);
+        let a = corners[0];
+        let height = face.normal.dot(a);
+        for pair in corners[1..].windows(2) {
+            let fan = [a, pair[0], pair[1]];
+            let [at_a, at_b, at_c] = fan.map(|p| face.solid.at(p));
+            let part = normal2(a, pair[0], pair[1]).dot(face.normal);
+            self.add_weighted(height * part / 6.0, fan, [at_seed, at_a, at_b, at_c]);
+        }
+    }
+
+    /// Adds the area of a piece; twice the area, and the sums of the first and second moments that cones need.
+    fn add_area(&mut self, corners: &[DVec3], normal: DVec3, density: Linear) -> (f64, DVec3, f64) {
         let (mut area, mut first, mut second) = (0.0, DVec3::ZERO, 0.0);
         let a = corners[0];
         for pair in corners[1..].windows(2) {
@@ -60,15 +100,12 @@ impl Cell {
                 self.area_moment += (sum * mass + weighted) * (part / 24.0);
             }
         }
-        let height = normal.dot(a);
-        self.volume += height * area / 6.0;
-        self.moment += first * (height / 24.0);
-        self.energy += height * second / 120.0;
         self.area += area / 2.0;
         if let Some(density) = density.constant() {
             self.area_mass += density * area / 2.0;
             self.area_moment += first * (density / 6.0);
         }
+        (area, first, second)
     }
 
     /// What there is of the surface alone.
@@ -79,6 +116,7 @@ impl Cell {
     /// Adds what another part of the work found for the same cell.
     pub(super) fn add(&mut self, other: &Cell) {
         self.volume += other.volume;
+        self.mass += other.mass;
         self.moment += other.moment;
         self.energy += other.energy;
         self.area += other.area;
@@ -87,25 +125,22 @@ impl Cell {
     }
 }
 
-/// Numbers that a Voronoi edge adds to each of its cells: volume, first moment, second moment.
-pub(super) const MOMENTS: usize = 5;
-
 /// Sums for the cells that one block of the work touches: blocks are cut without regard to the number of threads and
 /// added up in their order, so that every sum is the same to the last bit on any number of them.
-pub(super) struct Sums {
+pub(super) struct Sums<const N: usize> {
     place: Vec<u32>,
-    found: Vec<(u32, [f64; MOMENTS])>,
+    found: Vec<(u32, [f64; N])>,
 }
 
-impl Sums {
+impl<const N: usize> Sums<N> {
     /// Empty ones for so many seeds.
-    pub(super) fn new(seeds: usize) -> Sums {
+    pub(super) fn new(seeds: usize) -> Sums<N> {
         Sums { place: vec![u32::MAX; seeds], found: Vec::new() }
     }
 
     /// Adds to the sums of seed `i`.
     #[inline(always)]
-    pub(super) fn add(&mut self, i: u32, part: [f64; MOMENTS]) {
+    pub(super) fn add(&mut self, i: u32, part: [f64; N]) {
         let place = self.place[i as usize];
         if place == u32::MAX {
             self.place[i as usize] = self.found.len() as u32;
@@ -116,20 +151,10 @@ impl Sums {
     }
 
     /// Hands out the sums and is empty again.
-    pub(super) fn take(&mut self) -> Vec<(u32, [f64; MOMENTS])> {
+    pub(super) fn take(&mut self) -> Vec<(u32, [f64; N])> {
         for (i, _) in &self.found {
             self.place[*i as usize] = u32::MAX;
         }
         std::mem::take(&mut self.found)
-    }
-}
-
-/// Adds the sums of a block to `cells`.
-pub(super) fn merge(cells: &mut [Cell], block: &[(u32, [f64; MOMENTS])]) {
-    for &(i, [volume, x, y, z, energy]) in block {
-        let cell = &mut cells[i as usize];
-        cell.volume += volume;
-        cell.moment += DVec3::new(x, y, z);
-        cell.energy += energy;
     }
 }

@@ -17,10 +17,13 @@
 //! Cost: linear in the facets of the triangulation and in the pieces of the surface.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::delaunay::{Adjacency, Delaunay, Follower};
+use crate::sizing::Sizing;
 use crate::surface::Surface;
 
 mod bisector;
@@ -49,6 +52,8 @@ mod surface_pieces;
 
 mod voronoi_edges;
 
+mod weighted;
+
 mod winding;
 
 pub use cell::Cell;
@@ -58,7 +63,8 @@ use crossings::Crossings;
 use owners::Owners;
 use sheet::Sheet;
 use surface_pieces::{Pair, Scene};
-use voronoi_edges::Edges;
+use voronoi_edges::{Edges, Even};
+use weighted::{Weighted, Weights, density};
 use winding::Winding;
 
 /// Seeds in a block of the work, most of which have nothing to do with the surface.
@@ -121,6 +127,8 @@ pub struct Clipper<'a> {
     cornerless: Vec<Pair>,
     winding: Winding,
     arch: pulp::Arch,
+    /// Relative sizes, where the solid has a density.
+    sizing: Option<Arc<Sizing>>,
 }
 
 impl<'a> Clipper<'a> {
@@ -128,12 +136,21 @@ impl<'a> Clipper<'a> {
     pub fn new(surface: &'a Surface) -> Clipper<'a> {
         let (sheet, arch) = (Sheet::new(surface), pulp::Arch::new());
         let (adjacency, owners) = (Follower::default(), Owners::default());
-        Clipper { sheet, adjacency, owners, cornerless: Vec::new(), winding: Winding::default(), arch }
+        Clipper { sheet, adjacency, owners, cornerless: Vec::new(), winding: Winding::default(), arch, sizing: None }
     }
 
     /// From now on, weighs [`Cell::area_moment`] and [`Cell::area_mass`] by a density of the surface.
     pub fn set_density(&mut self, density: Density) {
         self.sheet.set_density(density);
+    }
+
+    /// From now on weighs the solid, and with it [`Cell::mass`], [`Cell::moment`] and [`Cell::energy`], by one over the fifth
+    /// power of the relative sizes: cells as large as these then have all the same energy, which is what a centroidal Voronoi
+    /// tessellation tends to (Gersho, *Asymptotically optimal block quantization*, IEEE Transactions on Information Theory
+    /// 25(4), 1979, doi 10.1109/TIT.1979.1056067).
+    pub fn set_sizing(&mut self, sizing: Arc<Sizing>) {
+        self.sheet.set_solid(self.sheet.surface.points().iter().map(|&p| density(sizing.relative(p))).collect());
+        self.sizing = Some(sizing);
     }
 
     /// The cells of `delaunay`, whose points are on the grid of the surface's frame.
@@ -145,8 +162,10 @@ impl<'a> Clipper<'a> {
         let adjacency = self.adjacency.follow(delaunay);
         self.owners.update(self.sheet.surface, points, adjacency, arch);
 
+        let weights = self.sizing.as_ref().map(|s| weighted::sizes(s, points));
+        let weights = weights.as_ref().map(|w| Weights { sizes: &w.sizes, densities: &w.densities });
         let mut cells = vec![Cell::default(); points.len()];
-        let scene = Scene { points, adjacency, sheet: &self.sheet, owners: &self.owners, arch };
+        let scene = Scene { points, adjacency, sheet: &self.sheet, owners: &self.owners, arch, weights };
         let crossings = surface_pieces::add_pieces(&mut cells, scene, &mut self.cornerless);
 
         // What bounds the solid; interfaces only part its regions.
@@ -159,7 +178,13 @@ impl<'a> Clipper<'a> {
             let winding = self.winding.of_tets();
             let centers = circumcenters::circumcenters(delaunay, winding);
             let edges = Edges { delaunay, crossings: &by_facet, marks: &marks, winding, centers: &centers, arch };
-            agreed = edges.add(&mut cells).is_ok();
+            agreed = match (&self.sizing, weights) {
+                (Some(sizing), Some(weights)) => {
+                    let centers = weighted::at_centers(sizing, &centers, winding);
+                    edges.add(&mut cells, &Weighted { weights, centers, sheet: &self.sheet }).is_ok()
+                }
+                _ => edges.add(&mut cells, &Even).is_ok(),
+            };
             if agreed {
                 break;
             }
@@ -168,6 +193,9 @@ impl<'a> Clipper<'a> {
         }
         assert!(agreed, "a closed surface changes sides an even number of times: this is a bug in tetcvt");
 
+        if weights.is_none() {
+            cells.par_iter_mut().for_each(|c| c.mass = c.volume);
+        }
         let inside = self.winding.of_tets().iter().map(|&w| w > 0).collect();
         let odd = self.sheet.surface.has_interfaces().then(|| behind(delaunay, &crossings));
         ClippedVoronoi { cells, inside, odd, crossings, adjacency: adjacency.clone() }

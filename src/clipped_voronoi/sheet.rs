@@ -12,8 +12,18 @@ pub(super) struct Sheet<'a> {
     pub(super) surface: &'a Surface,
     /// Unit normals of the triangles.
     normals: Vec<DVec3>,
-    density: Density,
-    /// For each triangle the gradient of its density within its plane; none where the density is even.
+    /// The density of the surface.
+    density: OnVertices,
+    /// The density of the solid, on its surface.
+    solid: OnVertices,
+}
+
+/// A function on the surface, linear on each triangle.
+#[derive(Default)]
+struct OnVertices {
+    /// At each vertex; empty where it is 1 everywhere.
+    at: Vec<f64>,
+    /// For each triangle its gradient within the plane.
     gradients: Vec<DVec3>,
 }
 
@@ -22,34 +32,55 @@ impl<'a> Sheet<'a> {
     pub(super) fn new(surface: &'a Surface) -> Sheet<'a> {
         let unit = |t: usize| surface.normal2(t as u32).normalize_or_zero();
         let normals = (0..surface.triangles().len()).map(unit).collect();
-        Sheet { surface, normals, density: Density::Uniform, gradients: Vec::new() }
+        Sheet { surface, normals, density: OnVertices::default(), solid: OnVertices::default() }
     }
 
     /// From now on weighs the surface by `density`.
     pub(super) fn set_density(&mut self, density: Density) {
-        self.gradients.clear();
-        if let Density::Vertices(at) = &density {
-            self.gradients.extend(self.surface.triangles().iter().map(|ids| {
-                let [a, b, c] = ids.map(|v| self.surface.points()[v as usize]);
-                let [at_a, at_b, at_c] = ids.map(|v| at[v as usize]);
-                let normal = normal2(a, b, c);
-                let rise = (c - a).cross(normal) * (at_b - at_a) + normal.cross(b - a) * (at_c - at_a);
-                rise / normal.length_squared()
-            }));
-        }
-        self.density = density;
+        self.density = match density {
+            Density::Uniform => OnVertices::default(),
+            Density::Vertices(at) => OnVertices::new(self.surface, at),
+        };
+    }
+
+    /// From now on weighs the solid by a density that has these values at the surface's vertices.
+    pub(super) fn set_solid(&mut self, at: Vec<f64>) {
+        self.solid = OnVertices::new(self.surface, at);
     }
 
     /// Triangle `t`, whose corners are `at`, relative to `origin`.
     pub(super) fn face(&self, t: u32, at: [DVec3; 3], origin: DVec3) -> Face {
         let (corners, ids) = (at.map(|p| p - origin), self.surface.triangles()[t as usize]);
-        Face { corners, ids, normal: self.normals[t as usize], density: self.density(t, ids, corners[0]) }
+        let [density, solid] = [&self.density, &self.solid].map(|f| f.on(t, ids, corners[0]));
+        Face { corners, ids, normal: self.normals[t as usize], density, solid }
     }
 
-    /// The density on triangle `t`, for points relative to what its first corner `from` is relative to.
-    fn density(&self, t: u32, ids: [u32; 3], from: DVec3) -> Linear {
-        let Density::Vertices(at) = &self.density else { return Linear::EVEN };
-        let [a, b, c] = ids.map(|v| at[v as usize]);
+    /// The density of the solid at a point of triangle `t`.
+    pub(super) fn solid_at(&self, t: u32, p: DVec3) -> f64 {
+        let ids = self.surface.triangles()[t as usize];
+        self.solid.on(t, ids, self.surface.points()[ids[0] as usize]).at(p)
+    }
+}
+
+impl OnVertices {
+    fn new(surface: &Surface, at: Vec<f64>) -> OnVertices {
+        let gradient = |ids: &[u32; 3]| {
+            let [a, b, c] = ids.map(|v| surface.points()[v as usize]);
+            let [at_a, at_b, at_c] = ids.map(|v| at[v as usize]);
+            let normal = normal2(a, b, c);
+            let rise = (c - a).cross(normal) * (at_b - at_a) + normal.cross(b - a) * (at_c - at_a);
+            rise / normal.length_squared()
+        };
+        let gradients = surface.triangles().iter().map(gradient).collect();
+        OnVertices { at, gradients }
+    }
+
+    /// On triangle `t`, for points relative to what its first corner `from` is relative to.
+    fn on(&self, t: u32, ids: [u32; 3], from: DVec3) -> Linear {
+        if self.at.is_empty() {
+            return Linear::EVEN;
+        }
+        let [a, b, c] = ids.map(|v| self.at[v as usize]);
         Linear { base: a, from, gradient: self.gradients[t as usize], range: [a.min(b).min(c), a.max(b).max(c)] }
     }
 }

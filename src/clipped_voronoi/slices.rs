@@ -40,6 +40,8 @@ pub(super) struct Face {
     /// Its unit normal.
     pub(super) normal: DVec3,
     pub(super) density: Linear,
+    /// The density of the solid.
+    pub(super) solid: Linear,
 }
 
 impl Slices {

@@ -18,7 +18,8 @@ use super::owners::Owners;
 use super::planes::Planes;
 use super::polygon::{Clipped, Line, Polygon};
 use super::sheet::Sheet;
-use super::slices::Slices;
+use super::slices::{Face, Slices};
+use super::weighted::Weights;
 use super::{Crossing, SEEDS};
 use crate::delaunay::Adjacency;
 use crate::geometry::predicates::Sign;
@@ -37,6 +38,8 @@ pub(super) struct Scene<'a> {
     pub(super) sheet: &'a Sheet<'a>,
     pub(super) owners: &'a Owners,
     pub(super) arch: pulp::Arch,
+    /// Where the solid has a density.
+    pub(super) weights: Option<Weights<'a>>,
 }
 
 /// Cuts for one thread; its buffers are reused.
@@ -179,7 +182,7 @@ impl<'a> Cutter<'a> {
             }
             let at = sheet.surface.corners(t);
             if whole {
-                self.slices.add_whole(&sheet.face(t, at, seed));
+                self.add_whole(i, &sheet.face(t, at, seed), cell);
             } else {
                 self.triangles.push(t);
                 self.at.push(at);
@@ -221,6 +224,14 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// Adds a triangle that seed `i` owns whole.
+    fn add_whole(&mut self, i: u32, face: &Face, cell: &mut Cell) {
+        match &self.scene.weights {
+            None => self.slices.add_whole(face),
+            Some(weights) => cell.add_weighted_polygon(&face.corners, face, weights.at_seed(i)),
+        }
+    }
+
     /// Cuts the `n`th triangle by the cell of seed `i` and adds the piece, its cut segments and its crossings; notes the
     /// seeds across its edges. Whether there is a piece.
     fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
@@ -232,10 +243,12 @@ impl<'a> Cutter<'a> {
         match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
             Clipped::Nothing => return false,
             Clipped::Whole => {
-                self.slices.add_whole(&face);
+                self.add_whole(i, &face, cell);
                 return true;
             }
-            Clipped::Once(j, signs) if !view.is_vague(&self.polygon.bisectors[j], signs) => {
+            Clipped::Once(j, signs)
+                if self.scene.weights.is_none() && !view.is_vague(&self.polygon.bisectors[j], signs) =>
+            {
                 let bisector = &self.polygon.bisectors[j];
                 self.slices.add_cut(&face, bisector, signs, bisector.at - view.seed);
                 if !owners.contains(&bisector.seed) {
@@ -248,14 +261,25 @@ impl<'a> Cutter<'a> {
         }
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(&view, face.corners, face.ids, &mut corners);
-        cell.add_polygon(&corners, face.normal, face.density);
+        match &self.scene.weights {
+            None => cell.add_polygon(&corners, face.normal, face.density),
+            Some(weights) => cell.add_weighted_polygon(&corners, &face, weights.at_seed(i)),
+        }
         let n = corners.len();
         for m in 0..n {
             let Line::Bisector(here) = self.polygon.lines[m] else { continue };
             let j = self.polygon.bisectors[here as usize].seed;
             // The cut segment closes the facet i|j, which sees the surface from the other side.
             let middle = (points[j as usize] - view.seed) * 0.5;
-            cell.add_tet(middle, corners[if m + 1 < n { m + 1 } else { 0 }], corners[m]);
+            let segment = [corners[if m + 1 < n { m + 1 } else { 0 }], corners[m]];
+            match &self.scene.weights {
+                None => cell.add_tet(middle, segment[0], segment[1]),
+                Some(weights) => {
+                    let [from, to] = segment.map(|p| face.solid.at(p));
+                    let densities = [weights.at_seed(i), weights.between(i, j), from, to];
+                    cell.add_weighted_tet([middle, segment[0], segment[1]], densities);
+                }
+            }
             if !owners.contains(&j) {
                 self.beyond.push((j, t));
             }

@@ -15,7 +15,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cell::{Cell, MOMENTS, Sums, merge};
+use super::Crossing;
+use super::cell::{Cell, Sums};
 use super::crossings::{Crossings, FACET};
 use crate::delaunay::Delaunay;
 
@@ -41,9 +42,74 @@ pub(super) struct Edges<'a> {
 #[derive(Debug)]
 pub(super) struct NotClosed;
 
+/// What a density makes of an edge: N numbers for each of its three cells.
+pub(super) trait Measure<const N: usize>: Sync {
+    /// What is known at the seeds of a facet.
+    fn at_seeds(&self, facet: [u32; 3]) -> [f64; 3];
+
+    /// At the circumcentre of a tet.
+    fn at_center(&self, tet: usize) -> f64;
+
+    /// At a crossing.
+    fn at_crossing(&self, crossing: &Crossing) -> f64;
+
+    /// What the interval from `a` to `b` of the Voronoi edge of a facet adds to the cells of its three vertices, all times
+    /// `weight`, with what is known at the seeds and at the ends.
+    fn interval(
+        facet: [[f64; 3]; 3],
+        ends: [[f64; 3]; 2],
+        weight: f64,
+        at_seeds: [f64; 3],
+        at_ends: [f64; 2],
+    ) -> [[f64; N]; 3];
+
+    /// Adds such numbers to a cell.
+    fn add(cell: &mut Cell, numbers: [f64; N]);
+}
+
+/// The density 1: volume, first moment, second moment.
+pub(super) struct Even;
+
+/// How many they are.
+const MOMENTS: usize = 5;
+
+impl Measure<MOMENTS> for Even {
+    #[inline(always)]
+    fn at_seeds(&self, _: [u32; 3]) -> [f64; 3] {
+        [1.0; 3]
+    }
+
+    #[inline(always)]
+    fn at_center(&self, _: usize) -> f64 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn at_crossing(&self, _: &Crossing) -> f64 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn interval(
+        facet: [[f64; 3]; 3],
+        ends: [[f64; 3]; 2],
+        weight: f64,
+        _: [f64; 3],
+        _: [f64; 2],
+    ) -> [[f64; MOMENTS]; 3] {
+        interval(facet, ends[0], ends[1], weight)
+    }
+
+    fn add(cell: &mut Cell, [volume, x, y, z, energy]: [f64; MOMENTS]) {
+        cell.volume += volume;
+        cell.moment += DVec3::new(x, y, z);
+        cell.energy += energy;
+    }
+}
+
 /// Facets at hand, for one thread.
-struct Lists {
-    sums: Sums,
+struct Lists<const N: usize> {
+    sums: Sums<N>,
     /// Facets that the surface does not cross, with both ends inside: four times the tet, plus the facet.
     plain: Vec<u32>,
     crossed: Vec<u32>,
@@ -51,7 +117,7 @@ struct Lists {
 
 impl Edges<'_> {
     /// Adds, for every Voronoi edge, what its part inside the solid adds to the cells around it.
-    pub(super) fn add(self, cells: &mut [Cell]) -> Result<(), NotClosed> {
+    pub(super) fn add<const N: usize, M: Measure<N>>(self, cells: &mut [Cell], measure: &M) -> Result<(), NotClosed> {
         let seeds = self.delaunay.points().len();
         let blocks = self.winding.len().div_ceil(BLOCK);
         let new_lists = || Lists { sums: Sums::new(seeds), plain: Vec::new(), crossed: Vec::new() };
@@ -59,19 +125,21 @@ impl Edges<'_> {
             .into_par_iter()
             .map_init(new_lists, |lists, block| {
                 self.list(block * BLOCK..((block + 1) * BLOCK).min(self.winding.len()), lists)?;
-                self.arch.dispatch(AddPlain { edges: self, list: &lists.plain, sums: &mut lists.sums });
+                self.arch.dispatch(AddPlain { edges: self, measure, list: &lists.plain, sums: &mut lists.sums });
                 for &f in &lists.crossed {
-                    self.add_crossed(f, &mut lists.sums)?;
+                    self.add_crossed(measure, f, &mut lists.sums)?;
                 }
                 Ok(lists.sums.take())
             })
             .collect::<Result<_, NotClosed>>()?;
-        found.iter().for_each(|block| merge(cells, block));
+        for &(i, numbers) in found.iter().flatten() {
+            M::add(&mut cells[i as usize], numbers);
+        }
         Ok(())
     }
 
     /// Lists the facets of some tets, each at one of its two tets.
-    fn list(&self, tets: std::ops::Range<usize>, lists: &mut Lists) -> Result<(), NotClosed> {
+    fn list<const N: usize>(&self, tets: std::ops::Range<usize>, lists: &mut Lists<N>) -> Result<(), NotClosed> {
         let neighbors = self.delaunay.neighbors();
         lists.crossed.clear();
         lists.plain.clear();
@@ -112,48 +180,57 @@ impl Edges<'_> {
     ///
     /// What an interval from a to b adds is the difference of what the ways from one base point to b and to a add, so that
     /// several crossings need no order along the edge. The base is the first crossing.
-    fn add_crossed(&self, id: u32, sums: &mut Sums) -> Result<(), NotClosed> {
+    fn add_crossed<const N: usize, M: Measure<N>>(
+        &self,
+        measure: &M,
+        id: u32,
+        sums: &mut Sums<N>,
+    ) -> Result<(), NotClosed> {
         let (facet, from, to) = self.facet(id);
         let (crossings, even) = self.crossings.of(facet);
         let ends = [from, to].map(|t| self.winding[t]);
         if ends[0] + self.crossings.entered(facet) != ends[1] {
             return Err(NotClosed);
         }
-        let base = crossings[0].point;
+        let (base, at_base) = (crossings[0].point, measure.at_crossing(&crossings[0]));
+        let at_seeds = measure.at_seeds(facet);
         let corners = facet.map(|i| self.delaunay.points()[i as usize].to_array());
-        let mut add = |to: DVec3, weight: i32| {
+        let mut add = |to: DVec3, at_to: f64, weight: i32| {
             if weight != 0 {
-                let parts = interval(corners, base.to_array(), to.to_array(), f64::from(weight));
+                let ends = [base.to_array(), to.to_array()];
+                let parts = M::interval(corners, ends, f64::from(weight), at_seeds, [at_base, at_to]);
                 facet.iter().zip(parts).for_each(|(&i, part)| sums.add(i, part));
             }
         };
-        add(self.centers[from], -ends[0]);
+        add(self.centers[from], measure.at_center(from), -ends[0]);
         for c in &crossings[1..] {
-            add(c.point, if c.leaves == even { 1 } else { -1 });
+            add(c.point, measure.at_crossing(c), if c.leaves == even { 1 } else { -1 });
         }
-        add(self.centers[to], ends[1]);
+        add(self.centers[to], measure.at_center(to), ends[1]);
         Ok(())
     }
 }
 
 /// Adds edges wholly inside. Compiled for each width of vectors; the operations, and so the sums, are the same in each.
-struct AddPlain<'a> {
+struct AddPlain<'a, const N: usize, M> {
     edges: Edges<'a>,
+    measure: &'a M,
     list: &'a [u32],
-    sums: &'a mut Sums,
+    sums: &'a mut Sums<N>,
 }
 
-impl pulp::WithSimd for AddPlain<'_> {
+impl<const N: usize, M: Measure<N>> pulp::WithSimd for AddPlain<'_, N, M> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let AddPlain { edges, list, sums } = self;
+        let AddPlain { edges, measure, list, sums } = self;
         let (points, centers) = (edges.delaunay.points(), edges.centers);
         let mut facets = [[0; 3]; LANES];
         let mut at = [[[0.0; LANES]; 3]; 5];
         let mut weights = [0.0; LANES];
-        let mut parts = [[[0.0; LANES]; MOMENTS]; 3];
+        let mut known = [[0.0; LANES]; 5];
+        let mut parts = [[[0.0; LANES]; N]; 3];
         for ids in list.chunks(LANES) {
             for (l, &id) in ids.iter().enumerate() {
                 let (facet, from, to) = edges.facet(id);
@@ -162,13 +239,17 @@ impl pulp::WithSimd for AddPlain<'_> {
                     (at[k][0][l], at[k][1][l], at[k][2][l]) = (x.x, x.y, x.z);
                 }
                 weights[l] = f64::from(edges.winding[to]);
+                let [p, q, r] = measure.at_seeds(facet);
+                let all = [p, q, r, measure.at_center(from), measure.at_center(to)];
+                all.into_iter().enumerate().for_each(|(k, x)| known[k][l] = x);
                 facets[l] = facet;
             }
             for l in 0..LANES {
                 let [p, q, r, a, b] = [0, 1, 2, 3, 4].map(|k| [at[k][0][l], at[k][1][l], at[k][2][l]]);
-                let found = interval([p, q, r], a, b, weights[l]);
+                let [at_p, at_q, at_r, at_a, at_b] = [0, 1, 2, 3, 4].map(|k| known[k][l]);
+                let found = M::interval([p, q, r], [a, b], weights[l], [at_p, at_q, at_r], [at_a, at_b]);
                 for k in 0..3 {
-                    for m in 0..MOMENTS {
+                    for m in 0..N {
                         parts[k][m][l] = found[k][m];
                     }
                 }
@@ -221,16 +302,16 @@ fn of_vertex(
 }
 
 #[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

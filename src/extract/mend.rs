@@ -44,9 +44,13 @@ const SMALL_REGION: usize = 1000;
 /// Repairs the labels `inside`.
 pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
     let complex = &sampling.complex;
-    let depth = |t: u32| sampling.depth(t);
+    // Where the spacing varies, in terms of its largest.
+    let depth = |t: u32| {
+        let [a, b, c, d] = complex.corners(t);
+        sampling.depth(t) / sampling.spacing.relative(tetrahedron::centroid(a, b, c, d))
+    };
     let flat = |t: u32| sampling.is_flat(t);
-    let judge = Judge { depth: &depth, flat: &flat, reach: REACH * sampling.spacing };
+    let judge = Judge { depth: &depth, flat: &flat, reach: REACH * sampling.spacing.largest };
     let mut repair = Repair::new(complex, sampling.kinds, judge, inside);
     settle(complex, &mut repair);
     mend_topology(sampling, &mut repair);

@@ -58,6 +58,7 @@ pub fn mesh(sampling: &Sampling, inside: &[bool], patch: &[u32]) -> TetMesh {
         regions,
         boundary: triangles,
         steps: Vec::new(),
+        size_ratio: None,
         stopped: String::new(),
         improved: String::new(),
         times: StageTimes::default(),

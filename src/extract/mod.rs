@@ -28,6 +28,7 @@ use crate::clipped_voronoi::ClippedVoronoi;
 use crate::delaunay::Delaunay;
 use crate::geometry::tetrahedron;
 use crate::seeds::SeedKind;
+use crate::sizing::Spacing;
 use crate::surface::Surface;
 
 pub mod boundary;
@@ -61,13 +62,18 @@ pub struct Sampling<'a> {
     pub kinds: &'a [SeedKind],
     /// The surface.
     pub surface: &'a Surface,
-    /// The edge length that the seeds aim at, in the frame.
-    pub spacing: f64,
+    /// The edge lengths that the seeds aim at, in the frame.
+    pub spacing: Spacing,
 }
 
 impl<'a> Sampling<'a> {
     /// The first `kinds.len()` vertices of `delaunay` are the seeds.
-    pub fn new(delaunay: &'a Delaunay, kinds: &'a [SeedKind], surface: &'a Surface, spacing: f64) -> Sampling<'a> {
+    pub fn new(
+        delaunay: &'a Delaunay,
+        kinds: &'a [SeedKind],
+        surface: &'a Surface,
+        spacing: impl Into<Spacing>,
+    ) -> Sampling<'a> {
         let mut complex = Complex::new(delaunay.points(), delaunay.vertices(), delaunay.neighbors(), kinds.len());
         let seeds = &delaunay.points()[..kinds.len()];
         let closest_shell = |p: DVec3| surface.shell()[surface.tree().closest(p).triangle as usize];
@@ -82,7 +88,7 @@ impl<'a> Sampling<'a> {
             };
             complex.in_front = seeds.par_iter().zip(kinds).map(may_be_in_front).collect();
         }
-        Sampling { complex, kinds, surface, spacing }
+        Sampling { complex, kinds, surface, spacing: spacing.into() }
     }
 
     /// The tets of the mesh under the labels `inside`: these, and those in front of the surface that it encloses, where its

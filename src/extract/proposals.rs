@@ -60,13 +60,9 @@ fn on_surface(sampling: &Sampling, defect: &Defect) -> bool {
 /// A proposal at `place` on `triangle`; none where a seed is there already.
 fn at(sampling: &Sampling, place: DVec3, triangle: u32, near: u32) -> Option<Proposal> {
     let nearest = sampling.complex.nearest(place, near);
-    let size = sampling.complex.points[nearest as usize].distance(place).min(sampling.spacing);
-    (size > CROWDED * sampling.spacing).then_some(Proposal {
-        place,
-        anchor: Anchor::Surface { triangle },
-        size,
-        replaces: None,
-    })
+    let spacing = sampling.spacing.at(place);
+    let size = sampling.complex.points[nearest as usize].distance(place).min(spacing);
+    (size > CROWDED * spacing).then_some(Proposal { place, anchor: Anchor::Surface { triangle }, size, replaces: None })
 }
 
 fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
@@ -79,12 +75,13 @@ fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
     if defect.kind == DefectKind::ExposedSeed {
         // The seed itself goes to the surface: its own distance to the place does not count.
         let closest = sampling.surface.tree().closest(sampling.complex.points[near as usize]);
+        let spacing = sampling.spacing.at(closest.point);
         let others = sampling.complex.star(near).iter().flat_map(|&t| sampling.complex.tets[t as usize]);
         let size = others
             .filter(|&w| w != near && (w as usize) < sampling.kinds.len())
             .map(|w| sampling.complex.points[w as usize].distance(closest.point))
-            .fold(sampling.spacing, f64::min);
-        return (size > CROWDED * sampling.spacing).then_some(Proposal {
+            .fold(spacing, f64::min);
+        return (size > CROWDED * spacing).then_some(Proposal {
             place: closest.point,
             anchor: Anchor::Surface { triangle: closest.triangle },
             size,
@@ -103,7 +100,7 @@ pub fn is_pit(sampling: &Sampling, defect: &Defect) -> bool {
     defect.kind == DefectKind::ExposedSeed
         && defect.seeds.iter().all(|&v| {
             let closest = sampling.surface.tree().closest(sampling.complex.points[v as usize]);
-            closest.distance2 > (PIT * sampling.spacing).powi(2)
+            closest.distance2 > (PIT * sampling.spacing.at(closest.point)).powi(2)
         })
 }
 
@@ -168,7 +165,7 @@ fn for_shell(sampling: &Sampling, defect: &Defect) -> Vec<Proposal> {
         }
         let (place, triangle) = sites[i];
         let anchor = Anchor::Surface { triangle };
-        chosen.push(Proposal { place, anchor, size: size.min(sampling.spacing), replaces: None });
+        chosen.push(Proposal { place, anchor, size: size.min(sampling.spacing.at(place)), replaces: None });
         for (d, &(p, _)) in distance.iter_mut().zip(&sites) {
             *d = d.min(p.distance(place));
         }

@@ -8,6 +8,8 @@ pub mod hilbert;
 
 mod integers;
 
+pub mod places;
+
 pub(crate) mod polygon;
 
 pub mod predicates;

@@ -14,5 +14,5 @@ pub mod vtk;
 
 mod write;
 
-pub use read::{load as load_surface, read as read_surface, read_initial, read_lines};
+pub use read::{load as load_surface, read as read_surface, read_initial, read_lines, read_sizes};
 pub use write::{MeshData, write_mesh, write_surface};

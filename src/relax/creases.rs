@@ -36,6 +36,8 @@ struct Link {
 /// A seed that moves along a crease, and the ways to the next ones.
 pub(super) struct Gap {
     pub(super) seed: u32,
+    /// Its arc length.
+    pub(super) at: f64,
     pub(super) before: f64,
     pub(super) after: f64,
 }
@@ -88,8 +90,23 @@ impl Chain {
     pub(super) fn gaps(&self) -> impl Iterator<Item = Gap> + '_ {
         (0..self.seeds.len()).filter(|&k| !self.seeds[k].is_fixed).map(|k| {
             let (Link { at, seed, .. }, [before, after]) = (self.seeds[k], self.around(k));
-            Gap { seed, before: at - before, after: after - at }
+            Gap { seed, at, before: at - before, after: after - at }
         })
+    }
+
+    /// The crease.
+    pub(super) fn curve(&self) -> u32 {
+        self.curve
+    }
+
+    /// Every stretch that has a seed before it, as the arc lengths of its ends; those around a seam go on beyond the length.
+    pub(super) fn ways(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        (0..self.seeds.len()).map(|k| [self.seeds[k].at, self.around(k)[1]])
+    }
+
+    /// The stretch before the first seed, which only an open crease has.
+    pub(super) fn first_way(&self) -> Option<[f64; 2]> {
+        (!self.closed).then(|| self.seeds.first().map(|s| [0.0, s.at])).flatten()
     }
 
     /// The integral of the squared distance along the crease to the nearest seed.

@@ -55,8 +55,9 @@ use targets::{Confines, Target};
 /// No part of the surface is asked to be sampled finer than this share of the spacing.
 const LEAST_SIZE: f64 = 0.05;
 
-/// Stretches of creases below twice this share of the spacing are not split.
+/// Stretches of creases below twice this share of the spacing are not split: of those to be whole, and of noise.
 const LEAST_STRETCH: f64 = 0.05;
+const LEAST_STRETCH_OF_NOISE: f64 = 0.1;
 
 /// A motion of L-BFGS stands if the energy falls by this share of what the slope promises.
 const ENOUGH: f64 = 1e-4;
@@ -136,10 +137,13 @@ impl<'a> Relaxation<'a> {
         let confines = Confines { surface, features, boundary: params.boundary, adopted_area: f64::INFINITY };
         let tangents = Tangents::new(surface, features);
         let mut objective = match params.boundary {
-            Boundary::Conform => Objective::conforming(seeds.spacing),
+            Boundary::Conform => Objective::conforming(seeds.spacings()),
             Boundary::Free => Objective::free(),
         };
         let mut clipper = Clipper::new(surface);
+        if let Some(sizing) = &seeds.sizing {
+            clipper.set_sizing(sizing.clone());
+        }
         set_density(surface, &mut clipper, &mut objective, &seeds.relative_size);
         let clipped = clipper.clip(&delaunay);
         let chains = confines.chains(&seeds.anchors);
@@ -207,8 +211,7 @@ impl<'a> Relaxation<'a> {
 
     /// Where `motion` takes the seeds.
     fn targets(&self, motion: &[DVec3], lloyd: &[DVec3]) -> Vec<Target> {
-        let adopted_area = targets::adopted_area(self.steps.len(), self.seeds.spacing);
-        let confines = Confines { adopted_area, ..self.confines };
+        let confines = Confines { adopted_area: targets::adopted_area(self.steps.len()), ..self.confines };
         confines.targets(&self.seeds, &self.state.clipped, &self.state.chains, motion, lloyd)
     }
 
@@ -372,15 +375,19 @@ impl<'a> Relaxation<'a> {
     /// Asks for a finer spacing around some places from now on: so much at each, and half of the distance more around it.
     pub fn refine_density(&mut self, places: &[(DVec3, f64)]) {
         let spacing = self.seeds.spacing;
+        let sizing = self.seeds.sizing.clone();
         for &(place, finest) in places {
-            let reach = DVec3::splat(2.0 * (spacing - finest).max(0.0));
+            // Where sizes grow with the distance themselves, a little further.
+            let far = if sizing.is_some() { 4.0 } else { 2.0 };
+            let reach = DVec3::splat(far * (self.seeds.spacing_at(place) - finest).max(0.0));
             let relative = &mut self.seeds.relative_size;
             self.confines.surface.tree().near_box(place - reach, place + reach, |t| {
                 for v in self.confines.surface.triangles()[t as usize] {
-                    let away = self.confines.surface.points()[v as usize].distance(place);
-                    let size = (finest + 0.5 * away) / spacing;
+                    let p = self.confines.surface.points()[v as usize];
+                    let least = LEAST_SIZE * sizing.as_ref().map_or(1.0, |s| s.relative(p));
+                    let size = (finest + 0.5 * p.distance(place)) / spacing;
                     let wanted = &mut relative[v as usize];
-                    *wanted = if size < *wanted { size.max(LEAST_SIZE) } else { *wanted };
+                    *wanted = if size < *wanted { size.max(least) } else { *wanted };
                 }
             });
         }
@@ -391,7 +398,10 @@ impl<'a> Relaxation<'a> {
     /// Places for seeds in the middle of the stretches of creases that are no edges of the mesh, as `is_edge` has it: each
     /// with its anchor and the distance to the seeds before and after.
     pub(crate) fn crease_splits(&self, is_edge: impl Fn(u32, u32) -> bool) -> Vec<(DVec3, Anchor, f64)> {
-        let least = LEAST_STRETCH * self.seeds.spacing;
+        let least = |place: DVec3, anchor: &Anchor| {
+            let whole = anchor.curve().is_some_and(|c| self.seeds.whole.get(c as usize) == Some(&true));
+            self.seeds.spacing_at(place) * if whole { LEAST_STRETCH } else { LEAST_STRETCH_OF_NOISE }
+        };
         let Confines { features, surface, .. } = self.confines;
         let splits = self.state.chains.iter().flat_map(|c| c.splits(features, surface, &is_edge));
         splits
@@ -400,7 +410,7 @@ impl<'a> Relaxation<'a> {
                     ends.map(|e| self.seeds.positions[e as usize].distance(place)).into_iter().fold(0.0, f64::max);
                 (place, anchor, size)
             })
-            .filter(|&(_, _, size)| size > least)
+            .filter(|(place, anchor, size)| *size > least(*place, anchor))
             .collect()
     }
 

@@ -59,6 +59,11 @@ impl<'a> Tangents<'a> {
         }
     }
 
+    /// The point of a crease at an arc length.
+    pub(super) fn on_crease(&self, curve: u32, at: f64) -> DVec3 {
+        self.features.curves[curve as usize].point_at(at, self.surface.points())
+    }
+
     /// The part of an entry of a motion that the seed can follow.
     pub(super) fn motion(&self, at: DVec3, anchor: Anchor, motion: DVec3) -> DVec3 {
         match anchor {

@@ -32,15 +32,15 @@ pub(super) struct Confines<'a> {
     pub(super) surface: &'a Surface,
     pub(super) features: &'a Features,
     pub(super) boundary: Boundary,
-    /// The least area with which an interior seed becomes a surface seed.
+    /// The least area with which an interior seed becomes a surface seed, over the square of the spacing.
     pub(super) adopted_area: f64,
 }
 
-/// See [`Confines::adopted_area`]: after so many iterations, where seeds are so far apart.
-pub(super) fn adopted_area(iterations: usize, spacing: f64) -> f64 {
+/// See [`Confines::adopted_area`]: after so many iterations.
+pub(super) fn adopted_area(iterations: usize) -> f64 {
     let share = if iterations < EARLY { ADOPTED_EARLY } else { ADOPTED_AREA };
     // Of the area of a hexagon.
-    share * 0.866 * spacing * spacing
+    share * 0.866
 }
 
 impl Confines<'_> {
@@ -64,10 +64,12 @@ impl Confines<'_> {
         let mut targets: Vec<Target> = (0..seeds.positions.len())
             .into_par_iter()
             .map(|i| {
-                let longest = (LONGEST * seeds.spacing).max(LONGEST_OF_LLOYD * lloyd[i].length());
-                let (at, way) = (seeds.positions[i], motion[i].clamp_length_max(longest));
+                let at = seeds.positions[i];
+                let spacing = seeds.spacing_at(at);
+                let longest = (LONGEST * spacing).max(LONGEST_OF_LLOYD * lloyd[i].length());
+                let way = motion[i].clamp_length_max(longest);
                 match seeds.anchors[i] {
-                    Anchor::Interior => self.interior(at, way, &clipped.cells[i]),
+                    Anchor::Interior => self.interior(at, way, &clipped.cells[i], spacing),
                     Anchor::Surface { triangle } if way == DVec3::ZERO => (at, Anchor::Surface { triangle }),
                     Anchor::Surface { triangle } => self.along_surface(at + way, triangle),
                     fixed => (at, fixed),
@@ -103,8 +105,8 @@ impl Confines<'_> {
     }
 
     /// Along its way; in a gap of the surface, to a place on it.
-    fn interior(&self, at: DVec3, way: DVec3, cell: &Cell) -> Target {
-        if self.boundary == Boundary::Conform && cell.area > self.adopted_area {
+    fn interior(&self, at: DVec3, way: DVec3, cell: &Cell, spacing: f64) -> Target {
+        if self.boundary == Boundary::Conform && cell.area > self.adopted_area * spacing * spacing {
             return self.onto_surface(at + cell.area_moment / cell.area_mass);
         }
         (snap(at + way), Anchor::Interior)

@@ -11,7 +11,7 @@ use crate::progress::Step;
 use crate::quality::TetQuality;
 use crate::seeds::SeedKind;
 use crate::surface::Surface;
-use crate::tet_mesh::{StageTimes, TetMesh};
+use crate::tet_mesh::{SizeRatio, StageTimes, TetMesh};
 
 mod distance;
 
@@ -90,6 +90,8 @@ pub struct MeshReport {
     pub hausdorff: f64,
     /// Root of the mean squared distance, over both sides, over the diagonal.
     pub rms_distance: f64,
+    /// Length over the size asked for, of all edges; nothing where one size was asked for.
+    pub size_ratio: Option<SizeRatio>,
     /// Smallest dihedral angle of all tets.
     pub min_dihedral: f64,
     /// Largest dihedral angle of all tets.
@@ -206,6 +208,7 @@ impl MeshReport {
             volume_error: volume_at_scale(mesh, surface.frame().scale) / surface.volume() - 1.0,
             hausdorff: distance.hausdorff / surface.diagonal(),
             rms_distance: distance.rms / surface.diagonal(),
+            size_ratio: mesh.size_ratio,
             min_dihedral: quality.min_dihedral.iter().copied().fold(180.0, f64::min),
             max_dihedral: quality.max_dihedral.iter().copied().fold(0.0, f64::max),
             mean_min_dihedral: mean(&quality.min_dihedral),

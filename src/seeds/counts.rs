@@ -10,11 +10,17 @@
 //!   edges are then 1.01 h on the planes, 1.00 h inside and 1.03 h between the two; another depth moves the last two up
 //!   or down together.) What lies deeper follows from Steiner's formula.
 //!
+//! Where sizes vary, h is the largest and s the size over it: volume, area and length count s^-3, s^-2 and s^-1 times, and
+//! the formulas stay as they are.
+//!
 //! Where walls are thin the surface is sampled more finely (see `thickness`): h is then solved again, so that the seeds
 //! come from elsewhere.
 
+use glam::DVec3;
+
 use super::curves::{self, CurveNeed};
-use super::knots::{self, Knot};
+use super::knots::{self, Closeness, Knot};
+use crate::sizing::Sizing;
 use crate::surface::features::Features;
 use crate::surface::{Surface, edges};
 
@@ -35,11 +41,16 @@ const PER_SHELL: usize = 4;
 pub(super) struct Demand<'a> {
     surface: &'a Surface,
     features: &'a Features,
+    /// Sizes over the largest, at each vertex.
+    relative: Vec<f64>,
     needs: Vec<CurveNeed>,
     /// Corners that are kept.
     corners: Vec<u32>,
-    /// Volume, area, integral of mean curvature and of half the Gaussian curvature: Steiner's coefficients.
+    /// Volume, area, integral of mean curvature and of half the Gaussian curvature, each times its power of the relative
+    /// sizes: Steiner's coefficients.
     steiner: [f64; 4],
+    /// The area, times the inverse square of the relative sizes.
+    area: f64,
     /// Cells' worth of area around the corners that creases reach.
     corner_cells: f64,
     /// The same for the tips of cones, which no crease reaches.
@@ -86,13 +97,22 @@ pub(super) struct Shortage {
 
 impl<'a> Demand<'a> {
     /// Measures `surface` for a mesh of so many vertices, or of edges of such a length; no limit is set yet.
-    pub(super) fn measure(surface: &'a Surface, features: &'a Features, target: Size) -> Demand<'a> {
+    pub(super) fn measure(
+        surface: &'a Surface,
+        features: &'a Features,
+        sizing: Option<&Sizing>,
+        target: Size,
+    ) -> Demand<'a> {
+        let at = |&p: &DVec3| sizing.map_or(1.0, |s| s.relative(p));
+        let relative: Vec<f64> = surface.points().iter().map(at).collect();
         let mut demand = Demand {
             surface,
             features,
+            steiner: steiner(surface, sizing, &relative),
+            area: weighted_area(surface, &relative),
+            relative,
             needs: Vec::new(),
             corners: Vec::new(),
-            steiner: steiner(surface),
             corner_cells: 0.0,
             tip_cells: 0.0,
             shell_least: Vec::new(),
@@ -102,7 +122,7 @@ impl<'a> Demand<'a> {
             Size::Length(h) => h,
             Size::Count(n) => demand.plain_spacing(n),
         };
-        (demand.needs, demand.corners) = curves::needs(surface, features, spacing);
+        (demand.needs, demand.corners) = curves::needs(surface, features, |v| spacing * demand.relative[v as usize]);
         let mut on_crease: Vec<u32> = features.curves.iter().flat_map(|c| c.vertices.iter().copied()).collect();
         on_crease.sort_unstable();
         let (reached, tips): (Vec<u32>, Vec<u32>) =
@@ -118,6 +138,11 @@ impl<'a> Demand<'a> {
         let coarsest = 8.0 * self.surface.diagonal();
         let plain = |h: f64| self.surface.area() / (HEXAGON * h * h) + self.interior_wanted(h);
         bisect(1e-6 * coarsest, coarsest, |h| plain(h) > count as f64)
+    }
+
+    /// Whether one size is asked for everywhere.
+    pub(super) fn is_even(&self) -> bool {
+        self.relative.iter().all(|&r| r == 1.0)
     }
 
     /// The corners that are kept.
@@ -178,7 +203,7 @@ impl<'a> Demand<'a> {
         let h = bisect(h, coarsest, |h| self.total_with(h, stretch, on_curves as f64) > n);
         let sizes = self.sizes(h, stretch);
         // Where every place is thin, the spacing is that of the least thin.
-        let spacing = sizes.iter().copied().fold(0.0, f64::max);
+        let spacing = sizes.iter().zip(&self.relative).map(|(s, r)| s / r).fold(0.0, f64::max);
         let left = count - self.corners.len() - on_curves;
         let shell_least: usize = self.shell_least.iter().sum();
         let surface = self.surface_wanted(spacing, stretch, on_curves as f64);
@@ -195,8 +220,18 @@ impl<'a> Demand<'a> {
         self.total(h, 1.0).round().max(least.max(4) as f64)
     }
 
+    /// The spacing at vertex `v`, where the largest is h.
+    fn size(&self, v: u32, h: f64, stretch: f64) -> f64 {
+        (stretch * self.limits[v as usize]).min(h * self.relative[v as usize])
+    }
+
     fn sizes(&self, h: f64, stretch: f64) -> Vec<f64> {
-        self.limits.iter().map(|l| (stretch * l).min(h)).collect()
+        (0..self.limits.len() as u32).map(|v| self.size(v, h, stretch)).collect()
+    }
+
+    /// The sizes where nothing is thin, for the largest h.
+    pub(super) fn plain_sizes(&self, h: f64) -> Vec<f64> {
+        self.relative.iter().map(|r| h * r).collect()
     }
 
     fn least_of_curves(&self) -> usize {
@@ -204,7 +239,7 @@ impl<'a> Demand<'a> {
     }
 
     fn curves_wanted(&self, h: f64, stretch: f64) -> Vec<f64> {
-        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let spacing = |v: u32| self.size(v, h, stretch);
         let wanted = |(c, n): (_, &CurveNeed)| n.wanted(curves::steps(c, spacing));
         self.features.curves.iter().zip(&self.needs).map(wanted).collect()
     }
@@ -212,7 +247,7 @@ impl<'a> Demand<'a> {
     /// Cells' worth of area that `on_curves` seeds of creases and the corners cover: one each, but no more than a band
     /// along the creases, where corners crowd.
     fn covered(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
-        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let spacing = |v: u32| self.size(v, h, stretch);
         let kept = self.features.curves.iter().zip(&self.needs).filter(|(_, n)| n.kept);
         let band: f64 = kept.map(|(c, _)| curves::steps(c, spacing)).sum();
         self.tip_cells + (on_curves + self.corner_cells).min(band)
@@ -220,18 +255,15 @@ impl<'a> Demand<'a> {
 
     fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
         let mut cells = 0.0;
-        let mut plain = self.surface.area();
+        let mut plain = self.area;
         for (t, v) in self.surface.triangles().iter().enumerate() {
-            let s = v.map(|v| stretch * self.limits[v as usize]);
-            if s.iter().all(|&s| s >= h) {
+            let relative = v.map(|v| self.relative[v as usize]);
+            if v.iter().zip(relative).all(|(&v, r)| stretch * self.limits[v as usize] >= h * r) {
                 continue;
             }
-            let s = s.map(|s| s.min(h));
             let area = 0.5 * self.surface.normal2(t as u32).length();
-            plain -= area;
-            // The mean over the midpoints of the edges: exact to the second degree.
-            let density = |a: f64, b: f64| 4.0 / ((a + b) * (a + b));
-            cells += area * (density(s[0], s[1]) + density(s[1], s[2]) + density(s[2], s[0])) / (3.0 * HEXAGON);
+            plain -= area * mean_inverse_square(relative);
+            cells += area * mean_inverse_square(v.map(|v| self.size(v, h, stretch))) / HEXAGON;
         }
         cells += plain.max(0.0) / (HEXAGON * h * h);
         let least: usize = self.shell_least.iter().sum();
@@ -251,7 +283,7 @@ impl<'a> Demand<'a> {
     /// Places for the seeds of all curves, where the spacing is h: as the curves bend, or evenly where so many would be more
     /// than `count` allows.
     fn place_on_curves(&self, count: usize, h: f64, stretch: f64) -> Vec<Vec<Knot>> {
-        let spacing = |v: u32| (stretch * self.limits[v as usize]).min(h);
+        let spacing = |v: u32| self.size(v, h, stretch);
         let points = self.surface.points();
         let room = count - self.corners.len() - self.shell_least.iter().sum::<usize>();
         let wanted = self.curves_wanted(h, stretch);
@@ -260,7 +292,7 @@ impl<'a> Demand<'a> {
             if !need.kept {
                 return Vec::new();
             }
-            let knots = knots::knots(curve, need.closed, points, spacing);
+            let knots = knots::knots(curve, need.closed, Closeness::of(need.whole), points, spacing);
             // A short one may need more seeds than follow from its length, to be itself.
             let even = wanted[i].round() as usize;
             if knots.len() < need.least.max(even.min(1)) {
@@ -372,17 +404,25 @@ fn bisect(mut low: f64, mut high: f64, more: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
+/// The mean over a triangle of the inverse square of what is linear on it, by the middles of the edges: exact where the
+/// inverse square is of the second degree.
+fn mean_inverse_square([a, b, c]: [f64; 3]) -> f64 {
+    let middle = |a: f64, b: f64| 4.0 / ((a + b) * (a + b));
+    (middle(a, b) + middle(b, c) + middle(c, a)) / 3.0
+}
+
 /// Coefficients of the volume at depth d: volume - area d + mean d^2 - gauss d^3. An edge whose normals turn by the
 /// angle a counts for its length times tan(a / 2), the exact value of a sharp convex edge and that of a smooth surface
 /// in the limit. Interfaces have a layer on both sides: their area counts twice, and the terms beyond cancel.
-fn steiner(surface: &Surface) -> [f64; 4] {
+fn steiner(surface: &Surface, sizing: Option<&Sizing>, relative: &[f64]) -> [f64; 4] {
     let (mut mean, mut interfaces) = (0.0, 0.0);
     for pair in edges::sorted(surface.triangles()).chunks_exact(2) {
         let [a, b] = pair[0].0;
         let [t, u] = [0, 1].map(|k| edges::triangle_of(pair[k].1));
         if surface.is_interface(t) {
             // Each triangle has three edges.
-            interfaces += [t, u].map(|t| surface.normal2(t).length() / 6.0).iter().sum::<f64>();
+            let size = 0.5 * (relative[a as usize] + relative[b as usize]);
+            interfaces += [t, u].map(|t| surface.normal2(t).length() / 6.0).iter().sum::<f64>() / (size * size);
             continue;
         }
         let [n, m] = [t, u].map(|t| surface.normal2(t).normalize_or_zero());
@@ -391,11 +431,24 @@ fn steiner(surface: &Surface) -> [f64; 4] {
         let other = other.map_or(p, |v| surface.points()[v as usize]);
         let tangent = (n.cross(m).length() / (1.0 + n.dot(m)).max(1e-9)).min(2.0);
         let convex = if (other - p).dot(n) <= 0.0 { 1.0 } else { -1.0 };
-        mean += convex * p.distance(q) * tangent;
+        let size = 0.5 * (relative[a as usize] + relative[b as usize]);
+        mean += convex * p.distance(q) * tangent / size;
     }
     // Cavities turn the other way, but at depths where this term counts they are not what is left.
     let gauss = 4.0 / 3.0 * std::f64::consts::PI * shells_less_handles(surface);
-    [surface.volume(), surface.area() + interfaces, mean, gauss]
+    let volume = sizing.map_or(surface.volume(), |s| s.inverse_cubes(surface));
+    [volume, weighted_area(surface, relative) + interfaces, mean, gauss]
+}
+
+/// The area, times the inverse square of the relative sizes.
+fn weighted_area(surface: &Surface, relative: &[f64]) -> f64 {
+    if relative.iter().all(|&r| r == 1.0) {
+        return surface.area();
+    }
+    let area = |(t, v): (u32, &[u32; 3])| {
+        0.5 * surface.normal2(t).length() * mean_inverse_square(v.map(|v| relative[v as usize]))
+    };
+    (0..).zip(surface.triangles()).map(area).sum()
 }
 
 /// Number of shells less that of their handles, interfaces left out: half of Euler's characteristic.

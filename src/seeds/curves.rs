@@ -3,26 +3,15 @@
 use glam::DVec3;
 
 use super::Anchor;
-use super::grid::CellGrid;
 use super::knots::Knot;
+use super::networks::{LEAST_DETAIL, Network, Networks, ends};
 use super::surface_sampling::BoundarySeed;
-use crate::disjoint_sets::DisjointSets;
 use crate::geometry::frame::snap;
 use crate::surface::Surface;
 use crate::surface::features::{Curve, Features};
 
 /// Up to so many spacings long, a crease between two corners is one edge of the mesh.
 const LONGEST_EDGE: f64 = 1.2;
-
-/// Networks of creases shorter than so many spacings in all are below the resolution of the mesh: on a scanned surface
-/// they are noise, and their corners, fixed and far closer than the spacing, would spoil the mesh around them.
-const RESOLVED: f64 = 2.0;
-
-/// Where no more than this share of all creases is below the resolution, the creases are designed, and all are kept whole.
-const DETAILS: f64 = 0.03;
-
-/// But networks shorter than so many spacings.
-const LEAST_DETAIL: f64 = 0.25;
 
 /// What decides how many seeds a crease gets.
 #[derive(Clone, Copy, Debug)]
@@ -38,42 +27,17 @@ pub(super) struct CurveNeed {
     pub(super) least: usize,
 }
 
-/// The needs of every curve of `features`, and the corners that are kept, where the spacing is about `spacing`.
-pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Vec<CurveNeed>, Vec<u32>) {
-    let ends = |c: &Curve| {
-        let (a, b) = (c.vertices[0], c.vertices[c.vertices.len() - 1]);
-        (a.min(b), a.max(b))
-    };
-    // Networks: curves joined at their ends, each network named after its least vertex.
-    let vertices = surface.points().len();
-    let mut networks = DisjointSets::new(vertices);
-    for c in &features.curves {
-        let (a, b) = ends(c);
-        networks.join(a, b);
-    }
-    let mut lengths = vec![0.0; vertices];
-    let mut ends_at = vec![0u32; vertices];
-    for c in &features.curves {
-        let (a, b) = ends(c);
-        lengths[networks.find(a) as usize] += c.length();
-        ends_at[a as usize] += 1;
-        ends_at[b as usize] += 1;
-    }
-    // What the user asked for is kept in any case, and says nothing of the rest.
-    for c in features.curves.iter().filter(|c| c.is_given) {
-        lengths[networks.find(c.vertices[0]) as usize] = f64::INFINITY;
-    }
-    let unresolved: f64 = lengths.iter().filter(|&&l| l < RESOLVED * spacing).sum();
-    let own = features.curves.iter().filter(|c| !c.is_given).map(Curve::length);
-    let designed = unresolved <= DETAILS * own.sum::<f64>();
-    let least_length = if designed { LEAST_DETAIL } else { RESOLVED } * spacing;
-    let mut kept = |v: u32| lengths[networks.find(v) as usize] >= least_length;
-    // A corner without a crease is the tip of a cone.
-    let corners = features.corners.iter().copied().filter(|&v| ends_at[v as usize] == 0 || kept(v)).collect();
-    let corners = spread_corners(surface, corners, &ends_at, crowded(designed) * spacing);
+/// The needs of every curve of `features`, and the corners that are kept, where the spacing at a vertex is about `spacing`.
+pub(super) fn needs(
+    surface: &Surface,
+    features: &Features,
+    spacing: impl Fn(u32) -> f64,
+) -> (Vec<CurveNeed>, Vec<u32>) {
+    let networks = Networks::of(surface, features, &spacing);
+    let corners = networks.corners(surface, features, &spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();
-    let mut need = |c: &Curve| {
+    let need = |c: &Curve| {
         let pair = ends(c);
         let loops = pair.0 == pair.1;
         let closed = loops && features.corners.binary_search(&pair.0).is_err();
@@ -83,42 +47,18 @@ pub(super) fn needs(surface: &Surface, features: &Features, spacing: f64) -> (Ve
             (false, true) => 2,
             _ => usize::from(twins > 1),
         };
-        let kept = kept(pair.0);
-        let whole = designed || c.is_given;
-        let may_collapse = c.length() <= if whole { LEAST_DETAIL } else { 0.5 } * spacing;
+        let Network { kept, whole, .. } = networks.at(pair.0);
+        let whole = whole || c.is_given;
+        let may_collapse = steps(c, &spacing) <= if whole { LEAST_DETAIL } else { 0.5 };
         let least = if kept && !may_collapse { least } else { 0 };
         CurveNeed { kept, whole: kept && whole, closed: closed && least > 0, least }
     };
-    (features.curves.iter().map(&mut need).collect(), corners)
+    (features.curves.iter().map(need).collect(), corners)
 }
 
 /// Seeds of creases nearer than so many spacings to a corner or another crease's seed are one too many.
 pub(super) fn crowded(whole: bool) -> f64 {
-    if whole { 0.05 } else { 0.25 }
-}
-
-/// The corners but those within `reach` of another: where three creases or more meet comes first, then tips and the lower index.
-fn spread_corners(surface: &Surface, mut corners: Vec<u32>, ends_at: &[u32], reach: f64) -> Vec<u32> {
-    let rank = |v: u32| match ends_at[v as usize] {
-        3.. => 0,
-        0 => 1,
-        _ => 2,
-    };
-    corners.sort_by_key(|&v| (rank(v), v));
-    let positions: Vec<DVec3> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
-    let grid = CellGrid::new(&positions, 2.0 * reach);
-    let mut stays = vec![true; corners.len()];
-    for i in 0..corners.len() {
-        let mut crowded = false;
-        grid.near(positions[i], reach, |j| {
-            let j = j as usize;
-            crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach;
-        });
-        stays[i] = !crowded;
-    }
-    let mut kept: Vec<u32> = corners.iter().zip(&stays).filter(|(_, s)| **s).map(|(&v, _)| v).collect();
-    kept.sort_unstable();
-    kept
+    if whole { 0.03 } else { 0.25 }
 }
 
 impl CurveNeed {

@@ -17,7 +17,7 @@ use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::grid::CellGrid;
+use super::grid::{CellGrid, typical};
 
 /// A sample, or a fixed neighbour of samples.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +30,9 @@ pub(super) struct Sample {
     /// The group that it belongs to.
     pub(super) group: u32,
 }
+
+/// Spacings differ by much where the longest is so many times the usual one.
+const DIFFERENT: f64 = 1.5;
 
 /// Distances across a wall count so many times.
 const ACROSS_WALL: f64 = 2.5;
@@ -58,17 +61,22 @@ impl PartialOrd for Entry {
 /// Chooses `keep` of `samples`, given neighbours that stay, and returns their indices in ascending order. Group g
 /// keeps `least[g]` of its samples as long as it has so many.
 pub(super) fn eliminate(samples: &[Sample], fixed: &[Sample], keep: usize, least: &[usize]) -> Vec<u32> {
-    let reach = samples.iter().chain(fixed).map(|s| s.spacing).fold(0.0, f64::max);
+    let spacings: Vec<f64> = samples.iter().chain(fixed).map(|s| s.spacing).collect();
+    let longest = spacings.iter().copied().fold(0.0, f64::max);
+    let usual = typical(&spacings);
+    // Where spacings differ by much, each looks as far as neighbours with a spacing up to twice its own want to be.
+    let (cell, differ) = if longest > DIFFERENT * usual { (usual, true) } else { (longest, false) };
+    let reach = |s: &Sample| if differ { (1.5 * s.spacing).min(longest) } else { longest };
     let positions: Vec<DVec3> = samples.iter().map(|s| s.position).collect();
     // 2 r_max of the paper is the spacing; distances below r_min = 0.65 (1 - (kept share)^1.5) r_max count as r_min.
     let share = keep as f64 / samples.len().max(1) as f64;
     let clamp = 0.325 * (1.0 - share * share.sqrt());
-    let grid = CellGrid::new(&positions, reach);
+    let grid = CellGrid::new(&positions, cell);
 
     // 1. Weigh.
     let mut weights = vec![0.0; samples.len()];
     for (i, s) in samples.iter().enumerate() {
-        grid.near(s.position, reach, |j| {
+        grid.near(s.position, reach(s), |j| {
             if j as usize > i {
                 let w = weight(s, &samples[j as usize], clamp);
                 weights[i] += w;
@@ -77,7 +85,7 @@ pub(super) fn eliminate(samples: &[Sample], fixed: &[Sample], keep: usize, least
         });
     }
     for f in fixed {
-        grid.near(f.position, reach, |j| weights[j as usize] += weight(f, &samples[j as usize], clamp));
+        grid.near(f.position, reach(f), |j| weights[j as usize] += weight(f, &samples[j as usize], clamp));
     }
 
     // 2. Take out. Weights only fall, so that an entry out of date is always too heavy: it goes back with the weight
@@ -102,7 +110,7 @@ pub(super) fn eliminate(samples: &[Sample], fixed: &[Sample], keep: usize, least
         left[s.group as usize] -= 1;
         alive[i] = false;
         surplus -= 1;
-        grid.near(s.position, reach, |j| {
+        grid.near(s.position, reach(s), |j| {
             if alive[j as usize] {
                 weights[j as usize] -= weight(s, &samples[j as usize], clamp);
             }

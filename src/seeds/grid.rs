@@ -61,6 +61,13 @@ impl CellGrid {
     }
 }
 
+/// The median of some lengths, for cubes where lengths vary; 0 of none.
+pub(super) fn typical(lengths: &[f64]) -> f64 {
+    let mut lengths = lengths.to_vec();
+    let middle = lengths.len() / 2;
+    if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
 fn cube_of(p: DVec3, cell: f64) -> [i32; 3] {
     let c = (p / cell).floor();
     [c.x as i32, c.y as i32, c.z as i32]

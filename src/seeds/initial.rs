@@ -12,6 +12,8 @@
 //!
 //! Cost: a closest point and an inside test for each point; step 1 sorts the points near corners and creases.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -23,6 +25,7 @@ use crate::error::Error;
 use crate::geometry::frame::snap;
 use crate::params::{Boundary, MOST_SEEDS, Params, Target};
 use crate::rng::Rng;
+use crate::sizing::{Sizing, Spacing};
 use crate::surface::Surface;
 use crate::surface::box_tree::Closest;
 use crate::surface::features::Features;
@@ -90,6 +93,7 @@ pub fn from_points(
     features: &Features,
     initial: &InitialPoints,
     params: &Params,
+    sizing: Option<Arc<Sizing>>,
 ) -> Result<Seeds, Error> {
     initial.validate()?;
     let n = initial.points.len();
@@ -100,23 +104,27 @@ pub fn from_points(
     let positions = in_frame(surface, &initial.points);
     match params.boundary {
         Boundary::Conform => {
-            let (demand, plan, _) = planned(surface, features, params)?;
+            let (demand, plan, _) = planned(surface, features, params, sizing.as_deref())?;
             let (sites, _) = line_seeds(surface, features, (&demand, &plan));
             let mut binding = Binding::new(surface, &plan.sizes, plan.spacing, positions, &initial.kinds)?;
             binding.take_sites(features, &sites);
             binding.settle(Boundary::Conform);
             binding.part(params)?;
             let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-            Ok(binding.into_seeds(plan.spacing, relative_size, demand.whole()))
+            let spacing = Spacing { largest: plan.spacing, field: sizing };
+            Ok(binding.into_seeds(spacing, relative_size, demand.whole()))
         }
         Boundary::Free => {
-            let spacing = (surface.volume() / (CELL * n as f64)).cbrt();
-            let sizes = vec![spacing; surface.points().len()];
+            let volume = sizing.as_ref().map_or(surface.volume(), |s| s.inverse_cubes(surface));
+            let largest = (volume / (CELL * n as f64)).cbrt();
+            let spacing = Spacing { largest, field: sizing };
+            let sizes: Vec<f64> = surface.points().iter().map(|&p| spacing.at(p)).collect();
             let kinds = vec![SeedKind::Interior; n];
-            let mut binding = Binding::new(surface, &sizes, spacing, positions, &kinds)?;
+            let mut binding = Binding::new(surface, &sizes, largest, positions, &kinds)?;
             binding.settle(Boundary::Free);
             binding.part(params)?;
-            Ok(binding.into_seeds(spacing, vec![1.0; surface.points().len()], Vec::new()))
+            let relative_size = sizes.iter().map(|s| s / largest).collect();
+            Ok(binding.into_seeds(spacing, relative_size, Vec::new()))
         }
     }
 }
@@ -319,10 +327,12 @@ impl<'a> Binding<'a> {
             .collect()
     }
 
-    fn into_seeds(self, spacing: f64, relative_size: Vec<f64>, whole: Vec<bool>) -> Seeds {
+    fn into_seeds(self, spacing: Spacing, relative_size: Vec<f64>, whole: Vec<bool>) -> Seeds {
         let bound = |a: Option<Anchor>| a.expect("every point is settled: this is a bug in tetcvt");
         let anchors = self.anchors.into_iter().map(bound).collect();
-        Seeds { positions: self.positions, anchors, spacing, relative_size, keep_places: true, whole }
+        let Spacing { largest, field: sizing } = spacing;
+        let positions = self.positions;
+        Seeds { positions, anchors, spacing: largest, sizing, relative_size, keep_places: true, whole }
     }
 }
 

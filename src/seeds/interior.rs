@@ -8,6 +8,9 @@
 //! - `blue`: sample elimination among uniform candidates (see `elimination`).
 //! - `random`: uniform points, no two closer than a quarter of the spacing.
 //!
+//! Where sizes vary, points are drawn in that density, and distances and clearances are measured in the spacing at hand; the
+//! lattice is kept where sizes are even, and blue noise fills the rest.
+//!
 //! Where walls are thin there may be no room for as many: fewer are returned, and the caller puts the rest on the
 //! surface.
 
@@ -17,13 +20,14 @@ use rayon::prelude::*;
 use super::blocks::Blocks;
 use super::counts::CELL;
 use super::elimination::{Sample, eliminate};
-use super::grid::CellGrid;
+use super::grid::{CellGrid, typical};
 use super::surface_sampling::BoundarySeed;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::frame::snap;
 use crate::geometry::hilbert::hilbert_order;
 use crate::params::Start;
 use crate::rng::Rng;
+use crate::sizing::Spacing;
 use crate::surface::Surface;
 
 /// Spacings between an interior seed and the nearest seed of the boundary, at least.
@@ -41,6 +45,10 @@ const DENSEST_FREE: f64 = 0.4;
 const OVERSAMPLING: usize = 5;
 /// Least distance between white noise's points, in spacings.
 const WHITE_DISTANCE: f64 = 0.25;
+/// Sizes above this share of the largest count as even, and where they are more than such a share of the seeds they get a
+/// lattice.
+const EVEN: f64 = 0.97;
+const LATTICE: f64 = 0.3;
 /// Points tried for each one wanted before the interior counts as full.
 const TRIALS: usize = 400;
 
@@ -50,7 +58,7 @@ pub(super) struct Interior<'a> {
     boundary: &'a [BoundarySeed],
     grid: CellGrid,
     blocks: &'a Blocks,
-    spacing: f64,
+    spacing: Spacing,
     bounds: BoundingBox,
 }
 
@@ -60,11 +68,13 @@ impl<'a> Interior<'a> {
         surface: &'a Surface,
         blocks: &'a Blocks,
         boundary: &'a [BoundarySeed],
-        spacing: f64,
+        spacing: Spacing,
     ) -> Interior<'a> {
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).collect();
+        let spacings: Vec<f64> = boundary.iter().map(|s| s.spacing).collect();
+        let cell = if spacing.field.is_some() { typical(&spacings) } else { spacing.largest };
         let bounds = BoundingBox::of(surface.points());
-        Interior { surface, boundary, grid: CellGrid::new(&positions, 2.0 * spacing), blocks, spacing, bounds }
+        Interior { surface, boundary, grid: CellGrid::new(&positions, 2.0 * cell), blocks, spacing, bounds }
     }
 
     /// At most `count` seeds; fewer where there is no room.
@@ -74,7 +84,8 @@ impl<'a> Interior<'a> {
         }
         let mut rng = Rng::new(random_seed, super::stream::INTERIOR);
         match start {
-            Start::Bcc => self.lattice(count, &mut rng),
+            Start::Bcc if self.spacing.field.is_some() => self.partly_lattice(count, &mut rng),
+            Start::Bcc => self.lattice(count, &|_| true, &mut rng),
             Start::Blue => self.blue_noise(count, &mut rng),
             Start::Random => self.white_noise(count, &mut rng),
         }
@@ -83,7 +94,11 @@ impl<'a> Interior<'a> {
     /// How far `p` is from the boundary's seeds, in spacings and at most 1; none if it is outside or too close.
     fn clearance(&self, p: DVec3) -> Option<f64> {
         let mut nearest = (1.0, None);
-        self.grid.near(p, self.spacing, |i| {
+        let reach = match &self.spacing.field {
+            None => self.spacing.largest,
+            Some(_) => 1.5 * self.spacing.at(p),
+        };
+        self.grid.near(p, reach, |i| {
             let s = &self.boundary[i as usize];
             let d2 = p.distance_squared(s.position) / (s.spacing * s.spacing);
             if d2 < nearest.0 {
@@ -107,14 +122,16 @@ impl<'a> Interior<'a> {
         points.iter().zip(found).filter_map(|(&p, c)| Some((c?, p))).collect()
     }
 
-    fn lattice(&self, count: usize, rng: &mut Rng) -> Vec<DVec3> {
+    /// Points of a lattice, at most `count` of those that `wanted` lets through.
+    fn lattice(&self, count: usize, wanted: &(impl Fn(DVec3) -> bool + Sync), rng: &mut Rng) -> Vec<DVec3> {
         let rotation = rng.rotation();
         let offset = rng.in_cube();
-        let planned = CELL.cbrt() * self.spacing;
+        let planned = CELL.cbrt() * self.spacing.largest;
         let densest = planned * if self.boundary.is_empty() { DENSEST_FREE } else { DENSEST };
         let points_at = |edge: f64| {
             let mut points = bcc_points(&self.bounds, rotation, offset, edge);
             points.iter_mut().enumerate().for_each(|(i, p)| *p = self.jittered(*p, edge, i, rng));
+            points.retain(|&p| wanted(p));
             self.clear(&points)
         };
         // Counts follow the cube of the lattice's spacing, but for the boundary: a few steps of that rule, then the
@@ -172,8 +189,10 @@ impl<'a> Interior<'a> {
             let batch = (2 * (count - points.len()) + 64).min(trials);
             trials -= batch;
             let extent = self.bounds.extent();
-            let tried: Vec<DVec3> =
-                (0..batch).map(|_| snap(self.bounds.min + extent * (0.5 * rng.in_cube() + 0.5))).collect();
+            let tried: Vec<DVec3> = match &self.spacing.field {
+                None => (0..batch).map(|_| snap(self.bounds.min + extent * (0.5 * rng.in_cube() + 0.5))).collect(),
+                Some(field) => field.draw(batch, rng),
+            };
             points.extend(self.clear(&tried).into_iter().map(|(_, p)| p));
         }
         points.truncate(count);
@@ -182,20 +201,40 @@ impl<'a> Interior<'a> {
 
     fn blue_noise(&self, count: usize, rng: &mut Rng) -> Vec<DVec3> {
         let points = self.uniform(OVERSAMPLING * count, rng);
+        self.thinned(points, &[], count)
+    }
+
+    /// At most `count` of `points`, apart from each other, from the boundary and from those `placed`.
+    fn thinned(&self, points: Vec<DVec3>, placed: &[DVec3], count: usize) -> Vec<DVec3> {
         // Neighbours in space become neighbours in memory: elimination is bound by that.
         let points: Vec<DVec3> = hilbert_order(&points).into_iter().map(|i| points[i as usize]).collect();
         // Packed as densely as can be, points of cells of volume v are 1.1225 v^(1/3) apart.
-        let spacing = 1.1225 * CELL.cbrt() * self.spacing;
-        let sample = |position| Sample { position, normal: DVec3::ZERO, spacing, group: 0 };
+        let spacing = |p| 1.1225 * CELL.cbrt() * self.spacing.at(p);
+        let sample = |position| Sample { position, normal: DVec3::ZERO, spacing: spacing(position), group: 0 };
         let samples: Vec<Sample> = points.iter().map(|&p| sample(p)).collect();
-        let fixed: Vec<Sample> =
-            self.boundary.iter().map(|s| Sample { spacing: s.spacing, ..sample(s.position) }).collect();
+        let bound = self.boundary.iter().map(|s| Sample { spacing: s.spacing, ..sample(s.position) });
+        let fixed: Vec<Sample> = bound.chain(placed.iter().map(|&p| sample(p))).collect();
         eliminate(&samples, &fixed, count.min(points.len()), &[0]).into_iter().map(|i| points[i as usize]).collect()
+    }
+
+    /// A lattice where sizes are the largest, if that is much of the solid; blue noise elsewhere.
+    fn partly_lattice(&self, count: usize, rng: &mut Rng) -> Vec<DVec3> {
+        let even = |p: DVec3| self.spacing.relative(p) >= EVEN;
+        let points = self.uniform(OVERSAMPLING * count, rng);
+        let (flat, graded): (Vec<DVec3>, Vec<DVec3>) = points.iter().partition(|&&p| even(p));
+        if (flat.len() as f64) < LATTICE * points.len() as f64 {
+            return self.thinned(points, &[], count);
+        }
+        let share = flat.len() as f64 / points.len() as f64;
+        let mut placed = self.lattice((share * count as f64).round() as usize, &even, rng);
+        let others = self.thinned(graded, &placed, count - placed.len());
+        placed.extend(others);
+        placed
     }
 
     fn white_noise(&self, count: usize, rng: &mut Rng) -> Vec<DVec3> {
         let mut points: Vec<DVec3> = Vec::with_capacity(count);
-        let distance = WHITE_DISTANCE * self.spacing;
+        let distance = |p| WHITE_DISTANCE * self.spacing.at(p);
         // Each round thins old and new points together: a point stays if no earlier one that stays is too close.
         for _ in 0..20 {
             let missing = count - points.len();
@@ -204,10 +243,11 @@ impl<'a> Interior<'a> {
             }
             let kept = points.len();
             points.extend(self.uniform(missing + missing / 8 + 1, rng));
-            let grid = CellGrid::new(&points, distance);
+            let distances: Vec<f64> = points.iter().map(|&p| distance(p)).collect();
+            let grid = CellGrid::new(&points, typical(&distances));
             let mut stays = vec![true; points.len()];
             for i in kept..points.len() {
-                let mut free = true;
+                let (mut free, distance) = (true, distances[i]);
                 grid.near(points[i], distance, |j| {
                     let j = j as usize;
                     free &= j >= i || !stays[j] || points[i].distance_squared(points[j]) >= distance * distance;

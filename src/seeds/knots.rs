@@ -4,7 +4,7 @@
 //! pick seeds among candidates along the crease, the one with the least sum over its chords of
 //!
 //! - the square of ln(length / spacing), which makes them even, and
-//! - the square of what the crease strays from the chord beyond [`STRAY`] spacings, over that,
+//! - the square of what the crease strays from the chord beyond a share of the spacing, over that,
 //!
 //! is found by dynamic programming along the crease. Candidates are the crease's own vertices and even steps between them.
 //! Seeds at and beside bends are fixed; those on a straight run may still move.
@@ -16,21 +16,37 @@ use glam::DVec3;
 use crate::geometry::triangle::closest_on_segment;
 use crate::surface::features::Curve;
 
-/// A crease may stray so far from its chords, over the spacing.
-const STRAY: f64 = 0.0055;
 /// Seeds may move where the crease between their neighbours strays less than this, over the spacing, from a straight line.
 const STRAIGHT: f64 = 1e-3;
-/// What straying that far again weighs against a chord e times too long or too short.
-const WEIGHT: f64 = 8.0;
 /// Steps between candidates on straight segments, over the spacing.
 const STEP: f64 = 0.2;
-/// Vertices closer to the candidate before than this, over the spacing, are none, unless the crease turns by more than
-/// [`TURN`] there.
-const FINEST: f64 = 0.02;
 /// Cosine of 6 degrees.
 const TURN: f64 = 0.9945;
 /// Longest chord over the spacing.
 const LONGEST: f64 = 1.6;
+
+/// How close chords are to follow a crease.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Closeness {
+    /// The crease may stray so far from its chords, over the spacing.
+    stray: f64,
+    /// What straying that far again weighs against a chord e times too long or too short.
+    weight: f64,
+    /// Vertices closer to the candidate before than this, over the spacing, are none, unless the crease turns by more than
+    /// [`TURN`] there.
+    finest: f64,
+}
+
+impl Closeness {
+    /// For creases that are to be whole, and for those that are noise.
+    pub(super) fn of(whole: bool) -> Closeness {
+        if whole {
+            Closeness { stray: 0.0055, weight: 8.0, finest: 0.02 }
+        } else {
+            Closeness { stray: 0.008, weight: 3.0, finest: 0.05 }
+        }
+    }
+}
 
 /// A place for a seed on a crease.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +64,15 @@ struct Candidate {
 }
 
 /// The places between the ends of `curve`, and on a loop without a corner that of its first vertex too.
-pub(super) fn knots(curve: &Curve, closed: bool, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> Vec<Knot> {
-    let candidates = candidates(curve, points, spacing);
-    let chain = best_chain(&candidates);
+pub(super) fn knots(
+    curve: &Curve,
+    closed: bool,
+    closeness: Closeness,
+    points: &[DVec3],
+    spacing: impl Fn(u32) -> f64,
+) -> Vec<Knot> {
+    let candidates = candidates(curve, closeness, points, spacing);
+    let chain = best_chain(&candidates, closeness);
     let inner = chain.windows(3).map(|k| {
         let here = &candidates[k[1]];
         Knot { at: here.at, fixed: stray(&candidates[k[0]..=k[2]]) > STRAIGHT * here.spacing }
@@ -61,7 +83,7 @@ pub(super) fn knots(curve: &Curve, closed: bool, points: &[DVec3], spacing: impl
 }
 
 /// The ends of the curve, its vertices, and even steps on its long segments.
-fn candidates(curve: &Curve, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> Vec<Candidate> {
+fn candidates(curve: &Curve, closeness: Closeness, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> Vec<Candidate> {
     let last = curve.vertices.len() - 1;
     let place = |i: usize| points[curve.vertices[i] as usize];
     let mut found = vec![Candidate { at: 0.0, point: place(0), spacing: spacing(curve.vertices[0]) }];
@@ -76,7 +98,7 @@ fn candidates(curve: &Curve, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> 
             found.push(Candidate { at, point: from.lerp(to, share), spacing });
         }
         let straight = i < last && (to - from).dot(place(i + 1) - to) > TURN * length * place(i + 1).distance(to);
-        let near = curve.arc[i] - found[found.len() - 1].at < FINEST * t;
+        let near = curve.arc[i] - found[found.len() - 1].at < closeness.finest * t;
         if i == last || !(straight && near) {
             found.push(Candidate { at: curve.arc[i], point: to, spacing: t });
         }
@@ -85,7 +107,7 @@ fn candidates(curve: &Curve, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> 
 }
 
 /// The candidates from the first to the last whose chords cost least.
-fn best_chain(candidates: &[Candidate]) -> Vec<usize> {
+fn best_chain(candidates: &[Candidate], closeness: Closeness) -> Vec<usize> {
     let mut best = vec![(f64::INFINITY, 0); candidates.len()];
     best[0].0 = 0.0;
     for j in 1..candidates.len() {
@@ -94,7 +116,7 @@ fn best_chain(candidates: &[Candidate]) -> Vec<usize> {
             if i + 1 < j && span > LONGEST * candidates[i].spacing.max(candidates[j].spacing) {
                 break;
             }
-            let cost = best[i].0 + cost(&candidates[i..=j]);
+            let cost = best[i].0 + cost(&candidates[i..=j], closeness);
             if cost < best[j].0 {
                 best[j] = (cost, i);
             }
@@ -118,10 +140,10 @@ fn stray(piece: &[Candidate]) -> f64 {
 }
 
 /// What a chord from the first to the last of these candidates costs.
-fn cost(piece: &[Candidate]) -> f64 {
+fn cost(piece: &[Candidate], closeness: Closeness) -> f64 {
     let (from, to) = (&piece[0], &piece[piece.len() - 1]);
     let spacing = 0.5 * (from.spacing + to.spacing);
-    let beyond = (stray(piece) / (STRAY * spacing) - 1.0).max(0.0);
+    let beyond = (stray(piece) / (closeness.stray * spacing) - 1.0).max(0.0);
     let length = ((to.at - from.at) / spacing).ln();
-    length * length + WEIGHT * beyond * beyond
+    length * length + closeness.weight * beyond * beyond
 }

@@ -7,16 +7,19 @@
 //!
 //! Or else the points of an earlier mesh become the seeds (`initial`).
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::error::Error;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::params::{Boundary, MOST_SEEDS, Params, Target};
+use crate::sizing::{MEAN_OVER_MEDIAN, Sizing, Spacing};
 use crate::surface::Surface;
 use crate::surface::features::Features;
 use blocks::Blocks;
 use counts::{Demand, Plan, Shortage, Size};
-use grid::CellGrid;
+use grid::{CellGrid, typical};
 use interior::Interior;
 use surface_sampling::BoundarySeed;
 
@@ -37,6 +40,8 @@ pub mod initial;
 mod interior;
 
 mod knots;
+
+mod networks;
 
 mod order;
 
@@ -116,8 +121,10 @@ pub struct Seeds {
     pub positions: Vec<DVec3>,
     /// Where each is bound.
     pub anchors: Vec<Anchor>,
-    /// The edge length that one even spacing of this count gives, in frame units.
+    /// The edge length that one even spacing of this count gives, in frame units; where sizes vary, the largest.
     pub spacing: f64,
+    /// Where sizes vary, what they are over the largest.
+    pub sizing: Option<Arc<Sizing>>,
     /// For each vertex of the surface, the spacing wanted there over [`Seeds::spacing`]: 1, or less where a wall or a
     /// gap is thin.
     pub relative_size: Vec<f64>,
@@ -132,6 +139,16 @@ impl Seeds {
     /// The kind of each seed.
     pub fn kinds(&self) -> Vec<SeedKind> {
         self.anchors.iter().map(Anchor::kind).collect()
+    }
+
+    /// The spacing wanted over the solid.
+    pub fn spacings(&self) -> Spacing {
+        Spacing { largest: self.spacing, field: self.sizing.clone() }
+    }
+
+    /// The spacing wanted at a point.
+    pub fn spacing_at(&self, p: DVec3) -> f64 {
+        self.spacing * self.sizing.as_ref().map_or(1.0, |s| s.relative(p))
     }
 }
 
@@ -152,22 +169,55 @@ const HONEST_ROUNDS: usize = 16;
 /// [`Error::TooFewSeeds`] where the count is too small for the surface's corners, creases, shells or thin walls;
 /// [`Error::Parameter`] where edges are so short that they need more than [`MOST_SEEDS`].
 pub fn sample(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
+    sample_sized(surface, features, params, sizing(surface, features, params)?)
+}
+
+/// The sizes that the parameters ask for.
+///
+/// # Errors
+/// [`Error::Parameter`] as [`Sizing::new`] has it.
+pub fn sizing(surface: &Surface, features: &Features, params: &Params) -> Result<Option<Arc<Sizing>>, Error> {
+    let cap = match params.target {
+        Target::Edge(l) => Some(l * surface.frame().scale),
+        Target::RelativeEdge(share) => Some(share * surface.diagonal()),
+        Target::Count(_) | Target::Sizes => None,
+    };
+    Sizing::new(surface, features, &params.sizes, cap)
+}
+
+/// The same as [`sample`] with sizes that are known already; they are nearly linear on each triangle of the surface.
+///
+/// # Errors
+/// Those of [`sample`].
+pub fn sample_sized(
+    surface: &Surface,
+    features: &Features,
+    params: &Params,
+    sizing: Option<Arc<Sizing>>,
+) -> Result<Seeds, Error> {
     let mut seeds = match params.boundary {
-        Boundary::Conform => conforming(surface, features, params)?,
-        Boundary::Free => free(surface, params)?,
+        Boundary::Conform => conforming(surface, features, params, sizing)?,
+        Boundary::Free => free(surface, params, sizing)?,
     };
     order::along_hilbert_curve(&mut seeds.positions, &mut seeds.anchors);
     Ok(seeds)
 }
 
 /// Seeds on corners, creases, the surface, and inside.
-fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result<Seeds, Error> {
-    let (demand, mut plan, count) = planned(surface, features, params)?;
-    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), plan.spacing);
+fn conforming(
+    surface: &Surface,
+    features: &Features,
+    params: &Params,
+    sizing: Option<Arc<Sizing>>,
+) -> Result<Seeds, Error> {
+    let (demand, mut plan, count) = planned(surface, features, params, sizing.as_deref())?;
+    let edge = if sizing.is_some() { typical(&plan.sizes) } else { plan.spacing };
+    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), edge);
+    let spacing = Spacing { largest: plan.spacing, field: sizing };
     // Where the walls are too thin for the interior seeds, these go on the surface.
     loop {
         let boundary = boundary_seeds(surface, features, (&demand, &plan), params.random_seed);
-        let interior = Interior::new(surface, &blocks, &boundary, plan.spacing);
+        let interior = Interior::new(surface, &blocks, &boundary, spacing.clone());
         let inside = interior.place(plan.interior, params.start, params.random_seed);
         if inside.len() < plan.interior {
             // A little less than had room: the boundary's seeds will not be the same.
@@ -180,8 +230,9 @@ fn conforming(surface: &Surface, features: &Features, params: &Params) -> Result
         let positions: Vec<DVec3> = boundary.iter().map(|s| s.position).chain(inside).collect();
         debug_assert_eq!(positions.len(), count);
         let relative_size = plan.sizes.iter().map(|s| s / plan.spacing).collect();
-        let whole = demand.whole();
-        return Ok(Seeds { positions, anchors, spacing: plan.spacing, relative_size, keep_places: false, whole });
+        let Spacing { largest, field: sizing } = spacing;
+        let (whole, keep_places) = (demand.whole(), false);
+        return Ok(Seeds { positions, anchors, spacing: largest, sizing, relative_size, keep_places, whole });
     }
 }
 
@@ -190,21 +241,27 @@ fn planned<'a>(
     surface: &'a Surface,
     features: &'a Features,
     params: &Params,
+    sizing: Option<&Sizing>,
 ) -> Result<(Demand<'a>, Plan, usize), Error> {
-    let size = match params.target {
-        Target::Count(n) => Size::Count(n),
-        Target::Edge(l) => Size::Length(l * surface.frame().scale),
-        Target::RelativeEdge(share) => Size::Length(share * surface.diagonal()),
+    let size = match (params.target, sizing) {
+        (Target::Count(n), _) => Size::Count(n),
+        // Those of an edge are no longer than that.
+        (_, Some(sizing)) => Size::Length(MEAN_OVER_MEDIAN * sizing.largest()),
+        (Target::Edge(l), None) => Size::Length(l * surface.frame().scale),
+        (Target::RelativeEdge(share), None) => Size::Length(share * surface.diagonal()),
+        (Target::Sizes, None) => return Err(no_sizes()),
     };
-    let refuse = |count, shortage| too_few(surface, count, honest(surface, features, shortage, params.random_seed));
-    let mut demand = Demand::measure(surface, features, size);
+    let sized = (surface, features, sizing);
+    let refuse = |count, shortage| too_few(surface, count, honest(sized, shortage, params.random_seed));
+    let mut demand = Demand::measure(surface, features, sizing, size);
     let mut count = count_for(&demand, size)?;
     let mut plan = demand.plan(count).map_err(|s| refuse(count, s))?;
     // Limits are sought below the spacing at hand; seeds that thin walls take leave a larger one elsewhere, where more
     // may be thin.
     for _ in 0..3 {
         let sought = plan.spacing;
-        demand.limit(thickness::limits(surface, features, sought, params.random_seed));
+        let sizes = demand.plain_sizes(sought);
+        demand.limit(thickness::limits(surface, features, &sizes, params.random_seed));
         count = count_for(&demand, size)?;
         plan = match demand.plan(count) {
             Ok(plan) => plan,
@@ -219,12 +276,16 @@ fn planned<'a>(
 
 /// A shortage was measured at a coarse spacing, at which fewer creases count and walls seem thicker: the count needed,
 /// measured again at the spacing that it gives, until it would do.
-fn honest(surface: &Surface, features: &Features, mut shortage: Shortage, random_seed: u64) -> Shortage {
+fn honest(
+    (surface, features, sizing): (&Surface, &Features, Option<&Sizing>),
+    mut shortage: Shortage,
+    random_seed: u64,
+) -> Shortage {
     for _ in 0..HONEST_ROUNDS {
-        let mut demand = Demand::measure(surface, features, Size::Count(shortage.needed));
+        let mut demand = Demand::measure(surface, features, sizing, Size::Count(shortage.needed));
         let outcome = demand.plan(shortage.needed).and_then(|_| {
-            let spacing = demand.plain_spacing(shortage.needed);
-            demand.limit(thickness::limits(surface, features, spacing, random_seed));
+            let sizes = demand.plain_sizes(demand.plain_spacing(shortage.needed));
+            demand.limit(thickness::limits(surface, features, &sizes, random_seed));
             demand.plan(shortage.needed)
         });
         let Err(next) = outcome else { break };
@@ -248,19 +309,25 @@ fn too_few(surface: &Surface, count: usize, shortage: Shortage) -> Error {
     }
 }
 
+/// What [`Params::validate`] refuses.
+fn no_sizes() -> Error {
+    let reason = "there are no sizes for the number of vertices to follow from".to_owned();
+    Error::Parameter { option: "size-field", reason }
+}
+
 fn count_for(demand: &Demand, size: Size) -> Result<usize, Error> {
     match size {
         Size::Count(n) => Ok(n),
-        Size::Length(h) => checked_count(demand.count_for(h)),
+        Size::Length(h) => checked_count(demand.count_for(h), demand.is_even()),
     }
 }
 
-fn checked_count(count: f64) -> Result<usize, Error> {
+fn checked_count(count: f64, even: bool) -> Result<usize, Error> {
     if count <= MOST_SEEDS as f64 {
         return Ok(count as usize);
     }
     let reason = format!("edges so short need more than {MOST_SEEDS} vertices");
-    Err(Error::Parameter { option: "edge", reason })
+    Err(Error::Parameter { option: if even { "edge" } else { "size-field" }, reason })
 }
 
 /// Seeds on corners, creases and the surface.
@@ -297,7 +364,9 @@ fn line_seeds(surface: &Surface, features: &Features, (demand, plan): (&Demand, 
 /// that they need.
 fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> usize {
     let positions: Vec<DVec3> = seeds.iter().map(|s| s.position).collect();
-    let grid = CellGrid::new(&positions, 0.5 * plan.spacing);
+    let spacings: Vec<f64> = seeds.iter().map(|s| s.spacing).collect();
+    let cell = if demand.is_even() { plan.spacing } else { typical(&spacings) };
+    let grid = CellGrid::new(&positions, 0.5 * cell);
     let mut left: Vec<usize> = plan.curves.iter().map(Vec::len).collect();
     let mut stays = vec![true; seeds.len()];
     for (i, s) in seeds.iter().enumerate() {
@@ -326,17 +395,24 @@ fn drop_crowded(demand: &Demand, plan: &Plan, seeds: &mut Vec<BoundarySeed>) -> 
     before - seeds.len()
 }
 
-/// Seeds inside alone, the same density everywhere.
-fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
-    let count_at = |h: f64| checked_count((surface.volume() / (counts::CELL * h * h * h)).round().max(4.0));
-    let count = match params.target {
-        Target::Count(n) => n,
-        Target::Edge(l) => count_at(l * surface.frame().scale)?,
-        Target::RelativeEdge(share) => count_at(share * surface.diagonal())?,
+/// Seeds inside alone.
+fn free(surface: &Surface, params: &Params, sizing: Option<Arc<Sizing>>) -> Result<Seeds, Error> {
+    // With sizes over the largest to the power of -3.
+    let volume = sizing.as_ref().map_or(surface.volume(), |s| s.inverse_cubes(surface));
+    let count_at = |h: f64| checked_count((volume / (counts::CELL * h * h * h)).round().max(4.0), sizing.is_none());
+    let count = match (params.target, &sizing) {
+        (Target::Count(n), _) => n,
+        (_, Some(sizing)) => count_at(MEAN_OVER_MEDIAN * sizing.largest())?,
+        (Target::Edge(l), None) => count_at(l * surface.frame().scale)?,
+        (Target::RelativeEdge(share), None) => count_at(share * surface.diagonal())?,
+        (Target::Sizes, None) => return Err(no_sizes()),
     };
-    let spacing = (surface.volume() / (counts::CELL * count as f64)).cbrt();
-    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), spacing);
-    let positions = Interior::new(surface, &blocks, &[], spacing).place(count, params.start, params.random_seed);
+    let largest = (volume / (counts::CELL * count as f64)).cbrt();
+    let spacing = Spacing { largest, field: sizing };
+    let relative_size: Vec<f64> = surface.points().iter().map(|&p| spacing.relative(p)).collect();
+    let blocks = Blocks::new(surface, &BoundingBox::of(surface.points()), largest * typical(&relative_size));
+    let interior = Interior::new(surface, &blocks, &[], spacing.clone());
+    let positions = interior.place(count, params.start, params.random_seed);
     if positions.len() < count {
         return Err(Error::TooFewSeeds {
             count,
@@ -346,6 +422,6 @@ fn free(surface: &Surface, params: &Params) -> Result<Seeds, Error> {
         });
     }
     let anchors = vec![Anchor::Interior; count];
-    let relative_size = vec![1.0; surface.points().len()];
-    Ok(Seeds { positions, anchors, spacing, relative_size, keep_places: false, whole: Vec::new() })
+    let (sizing, whole, keep_places) = (spacing.field, Vec::new(), false);
+    Ok(Seeds { positions, anchors, spacing: largest, sizing, relative_size, keep_places, whole })
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::Anchor;
 use super::counts::{Demand, Plan};
 use super::elimination::{Sample, eliminate};
-use super::grid::CellGrid;
+use super::grid::{CellGrid, typical};
 use crate::geometry::frame::snap;
 use crate::geometry::hilbert::hilbert_order;
 use crate::rng::Rng;
@@ -123,12 +123,14 @@ fn clear_of_creases(
     candidates: &[(u32, Sample)],
 ) -> Vec<(u32, Sample)> {
     let mut points = Vec::new();
+    let mut steps = Vec::new();
     let kept = features.curves.iter().zip(demand.needs()).filter(|(_, n)| n.kept);
     for (c, _) in kept {
         for e in c.vertices.windows(2) {
             let [p, q] = [e[0], e[1]].map(|v| surface.points()[v as usize]);
             let step = 0.2 * plan.sizes[e[0] as usize].min(plan.sizes[e[1] as usize]);
             let parts = (p.distance(q) / step).ceil().max(1.0);
+            steps.push(5.0 * step);
             points.extend((0..=parts as usize).map(|i| p.lerp(q, i as f64 / parts)));
         }
     }
@@ -136,7 +138,8 @@ fn clear_of_creases(
     if points.is_empty() || clearance == 0.0 {
         return candidates.to_vec();
     }
-    let grid = CellGrid::new(&points, 0.5 * plan.spacing);
+    let cell = if demand.is_even() { plan.spacing } else { typical(&steps) };
+    let grid = CellGrid::new(&points, 0.5 * cell);
     let clear = |s: &Sample| {
         let reach = clearance * s.spacing;
         let mut clear = true;

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::grid::CellGrid;
+use super::grid::{CellGrid, typical};
 use crate::rng::Rng;
 use crate::surface::Surface;
 use crate::surface::features::Features;
@@ -44,15 +44,15 @@ const DENSITY: f64 = 4.0;
 /// Samples per shell at least.
 const PER_SHELL: f64 = 64.0;
 
-/// The largest spacing that each vertex of the surface allows; infinite where nothing is thin.
-pub(super) fn limits(surface: &Surface, features: &Features, spacing: f64, random_seed: u64) -> Vec<f64> {
-    let samples = samples(surface, spacing, random_seed);
-    let creases = Creases::new(surface, features, spacing);
-    let reach = 1.2 * spacing;
+/// The largest spacing that each vertex of the surface allows, where `sizes` are wanted; infinite where nothing is thin.
+pub(super) fn limits(surface: &Surface, features: &Features, sizes: &[f64], random_seed: u64) -> Vec<f64> {
+    let samples = samples(surface, sizes, random_seed);
+    let creases = Creases::new(surface, features, sizes);
     let found: Vec<Option<f64>> = samples
         .par_iter()
         .map(|s| {
-            let thickness = |side| opposite(surface, features, &creases, s, side, reach);
+            let spacing = s.spacing;
+            let thickness = |side| opposite(surface, features, &creases, s, side);
             let least = [-1.0, 1.0].into_iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
             (least < spacing).then(|| least.max(FLOOR * spacing))
         })
@@ -72,7 +72,7 @@ pub(super) fn limits(surface: &Surface, features: &Features, spacing: f64, rando
             limits[v as usize] = limits[v as usize].min(there);
         }
     }
-    grade(surface, &mut limits, 2.0 * spacing);
+    grade(surface, &mut limits, sizes);
     limits
 }
 
@@ -84,48 +84,49 @@ struct Probe {
     weights: [f64; 3],
     /// How far the next sample may be.
     gap: f64,
+    /// The spacing wanted here.
+    spacing: f64,
+}
+
+/// The mean of three; of equal ones, exactly that.
+fn mean([a, b, c]: [f64; 3]) -> f64 {
+    a + ((b - a) + (c - a)) / 3.0
 }
 
 /// 1. Samples at even steps of area, shell by shell.
-fn samples(surface: &Surface, spacing: f64, random_seed: u64) -> Vec<Probe> {
+fn samples(surface: &Surface, sizes: &[f64], random_seed: u64) -> Vec<Probe> {
     let shells = surface.shell_count();
     let mut areas = vec![0.0; shells];
     for t in 0..surface.triangles().len() {
         areas[surface.shell()[t] as usize] += 0.5 * surface.normal2(t as u32).length();
     }
-    let step: Vec<f64> = areas.iter().map(|a| (spacing * spacing / DENSITY).min(a / PER_SHELL)).collect();
     let mut passed = vec![0.5; shells];
     let mut rng = Rng::new(random_seed, super::stream::THICKNESS);
     let mut samples = Vec::new();
     for t in 0..surface.triangles().len() as u32 {
         let shell = surface.shell()[t as usize] as usize;
         let normal2 = surface.normal2(t);
-        passed[shell] += 0.5 * normal2.length() / step[shell];
+        let spacing = mean(surface.triangles()[t as usize].map(|v| sizes[v as usize]));
+        let step = (spacing * spacing / DENSITY).min(areas[shell] / PER_SHELL);
+        passed[shell] += 0.5 * normal2.length() / step;
         while passed[shell] >= 1.0 {
             passed[shell] -= 1.0;
             let [a, b, c] = surface.corners(t);
             let w = rng.barycentric();
             let position = a * w[0] + b * w[1] + c * w[2];
-            let gap = 1.5 * step[shell].sqrt();
-            samples.push(Probe { position, normal: normal2.normalize_or_zero(), triangle: t, weights: w, gap });
+            let (gap, normal) = (1.5 * step.sqrt(), normal2.normalize_or_zero());
+            samples.push(Probe { position, normal, triangle: t, weights: w, gap, spacing });
         }
     }
     samples
 }
 
 /// 2. and 3. The spacing that the sheet opposite a sample allows; `side` is -1 through the solid, 1 through the void.
-fn opposite(
-    surface: &Surface,
-    features: &Features,
-    creases: &Creases,
-    sample: &Probe,
-    side: f64,
-    reach: f64,
-) -> Option<f64> {
+fn opposite(surface: &Surface, features: &Features, creases: &Creases, sample: &Probe, side: f64) -> Option<f64> {
     let direction = side * sample.normal;
     // Past the sample's own triangle, which rounding may put on either side of it.
     let start = 1e-12;
-    let (t, hit) = surface.tree().ray(sample.position + start * direction, direction, reach)?;
+    let (t, hit) = surface.tree().ray(sample.position + start * direction, direction, 1.2 * sample.spacing)?;
     if hit == sample.triangle {
         return None;
     }
@@ -134,7 +135,7 @@ fn opposite(
         return None;
     }
     let patches = [features.face[sample.triangle as usize], features.face[hit as usize]];
-    if creases.join(patches, sample.position, t) || creases.is_wedge(patches, sample, across, t) {
+    if creases.join(patches, sample, t) || creases.is_wedge(patches, sample, across, t) {
         return None;
     }
     let middle = sample.position + 0.5 * t * direction;
@@ -155,11 +156,10 @@ struct Creases {
     grid: CellGrid,
     /// The points again, ordered by patches.
     by_pair: Vec<([u32; 2], u32)>,
-    spacing: f64,
 }
 
 impl Creases {
-    fn new(surface: &Surface, features: &Features, spacing: f64) -> Creases {
+    fn new(surface: &Surface, features: &Features, sizes: &[f64]) -> Creases {
         let mut edges: Vec<([u32; 2], u32)> = Vec::new();
         for c in &features.curves {
             edges.extend(c.vertices.windows(2).map(|e| ([e[0].min(e[1]), e[0].max(e[1])], u32::MAX)));
@@ -175,19 +175,21 @@ impl Creases {
                 }
             }
         }
-        let (mut points, mut patches) = (Vec::new(), Vec::new());
+        let (mut points, mut patches, mut spacings) = (Vec::new(), Vec::new(), Vec::new());
         for (&([a, b], _), joined) in edges.iter().zip(&joined) {
+            let spacing = 0.5 * (sizes[a as usize] + sizes[b as usize]);
             let (a, b) = (surface.points()[a as usize], surface.points()[b as usize]);
             let parts = (2.0 * a.distance(b) / spacing).ceil().max(1.0);
             for i in 0..parts as usize {
+                spacings.push(spacing);
                 points.push(a.lerp(b, (i as f64 + 0.5) / parts));
                 patches.push([joined[0].min(joined[1]), joined[0].max(joined[1])]);
             }
         }
-        let grid = CellGrid::new(&points, 2.0 * spacing);
+        let grid = CellGrid::new(&points, 2.0 * typical(&spacings));
         let mut by_pair: Vec<([u32; 2], u32)> = patches.iter().copied().zip(0..).collect();
         by_pair.sort_unstable();
-        Creases { points, patches, grid, by_pair, spacing }
+        Creases { points, patches, grid, by_pair }
     }
 
     /// Whether the sample and the sheet opposite with normal `across`, `thickness` away, are flat sides of a wedge: they
@@ -203,10 +205,10 @@ impl Creases {
         distance2.is_finite() && fits(thickness, distance2.sqrt(), sine, cosine)
     }
 
-    /// Whether a crease that joins these two patches is near `p`, where they are `thickness` apart.
-    fn join(&self, patches: [u32; 2], p: DVec3, thickness: f64) -> bool {
+    /// Whether a crease that joins these two patches is near a sample, where they are `thickness` apart.
+    fn join(&self, patches: [u32; 2], sample: &Probe, thickness: f64) -> bool {
         let pair = [patches[0].min(patches[1]), patches[0].max(patches[1])];
-        let reach = (3.0 * thickness).max(self.spacing);
+        let (p, reach) = (sample.position, (3.0 * thickness).max(sample.spacing));
         let mut found = false;
         self.grid.near(p, reach, |i| {
             let i = i as usize;
@@ -222,9 +224,10 @@ fn fits(thickness: f64, distance: f64, sine: f64, cosine: f64) -> bool {
     (expected / WEDGE..=expected * WEDGE).contains(&thickness)
 }
 
-/// 4. Lets limits grow along edges by at most [`GRADE`] per length (Dijkstra from the least up to `most`).
-fn grade(surface: &Surface, limits: &mut [f64], most: f64) {
-    if limits.iter().all(|l| *l > most) {
+/// 4. Lets limits grow along edges by at most [`GRADE`] per length (Dijkstra from the least up to twice the sizes wanted).
+fn grade(surface: &Surface, limits: &mut [f64], sizes: &[f64]) {
+    let most = |v: u32| 2.0 * sizes[v as usize];
+    if (0..).zip(limits.iter()).all(|(v, l)| *l > most(v)) {
         return;
     }
     let mut starts = vec![0u32; limits.len() + 1];
@@ -245,7 +248,7 @@ fn grade(surface: &Surface, limits: &mut [f64], most: f64) {
     }
     // Limits are positive: their bits sort as they do.
     let mut heap: BinaryHeap<Reverse<(u64, u32)>> = (0..limits.len() as u32)
-        .filter(|&v| limits[v as usize] < most)
+        .filter(|&v| limits[v as usize] < most(v))
         .map(|v| Reverse((limits[v as usize].to_bits(), v)))
         .collect();
     let points = surface.points();
@@ -256,7 +259,7 @@ fn grade(surface: &Surface, limits: &mut [f64], most: f64) {
         }
         for &u in &neighbors[starts[v as usize] as usize..starts[v as usize + 1] as usize] {
             let there = limit + GRADE * points[v as usize].distance(points[u as usize]);
-            if there < limits[u as usize] && there < most {
+            if there < limits[u as usize] && there < most(u) {
                 limits[u as usize] = there;
                 heap.push(Reverse((there.to_bits(), u)));
             }

@@ -26,6 +26,8 @@ mod orient;
 
 mod ray;
 
+mod refined;
+
 mod repair;
 
 mod soup;
@@ -99,13 +101,16 @@ struct Shell {
     regions: [i32; 2],
     /// Whether the solid is on both of its sides.
     is_interface: bool,
+    /// What it encloses, in the frame.
+    volume: f64,
 }
 
 impl Shell {
     /// The shells of an oriented soup as `regions` has them.
-    fn all(shells: &orient::Shells, regions: Regions) -> Vec<Shell> {
+    fn all(shells: &orient::Shells, volumes: &[measures::Volume], regions: Regions) -> Vec<Shell> {
         (0..shells.solid.len())
             .map(|s| {
+                let volume = volumes[s].signed.abs();
                 let (solid, depth, around) = (shells.solid[s], shells.depth[s], shells.around[s]);
                 let (regions, is_interface) = match (regions, around) {
                     (Regions::Parity, _) => ([solid as i32, -1], false),
@@ -114,7 +119,7 @@ impl Shell {
                     (Regions::Nested, Some(o)) if depth % 2 == 0 => ([s as i32, o as i32], true),
                     (Regions::Nested, Some(o)) => ([o as i32, s as i32], true),
                 };
-                Shell { solid, depth, regions, is_interface }
+                Shell { solid, depth, regions, is_interface, volume }
             })
             .collect()
     }
@@ -214,8 +219,8 @@ impl Surface {
     fn assemble(sound: Sound, regions: Regions, frame: Frame) -> Surface {
         let Sound { soup, shells: oriented, tree, notes } = sound;
         let Soup { points, triangles, source, patch, .. } = soup;
-        let shells = Shell::all(&oriented, regions);
-        let volumes = measures::shell_volumes(&points, &triangles, &oriented.of_triangle, shells.len());
+        let volumes = measures::shell_volumes(&points, &triangles, &oriented.of_triangle, oriented.solid.len());
+        let shells = Shell::all(&oriented, &volumes, regions);
         let mut volume = measures::Sum::default();
         for (v, _) in volumes.iter().zip(&shells).filter(|(_, s)| !s.is_interface) {
             volume.add(v.signed);
@@ -316,6 +321,11 @@ impl Surface {
     /// How many shells a shell lies inside.
     pub fn depth_of_shell(&self, shell: u32) -> u32 {
         self.shells[shell as usize].depth
+    }
+
+    /// What a shell encloses, other shells within it included, in the frame.
+    pub fn volume_of_shell(&self, shell: u32) -> f64 {
+        self.shells[shell as usize].volume
     }
 
     /// The regions behind and in front of a shell's triangles; -1 where there is none.

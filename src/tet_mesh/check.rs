@@ -108,22 +108,29 @@ fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
     let mut left = found.len();
     for same in facets_of(mesh).chunk_by(|a, b| a.0 == b.0) {
         let outside = |other: usize| same.get(other).map_or(-1, |f| i64::from(region(f.1)));
-        let mut times = 0;
-        for (k, facet) in same.iter().enumerate() {
-            times += usize::from(found.binary_search(&(seen(facet), region(facet.1), outside(1 - k))).is_ok());
-        }
-        let expected = usize::from(same.len() == 1 || region(same[0].1) != region(same[1].1));
-        if times != expected {
-            return Err(format!(
-                "facet {:?} is {times} boundary triangles with its regions, not {expected}",
-                same[0].0
-            ));
-        }
+        let is_found = |(k, facet): &(usize, &([u32; 3], u32, u8))| {
+            found.binary_search(&(seen(facet), region(facet.1), outside(1 - k))).is_ok()
+        };
+        let times = same.iter().enumerate().filter(is_found).count();
         left = left.wrapping_sub(times);
+        let (key, t, _) = same[0];
+        match *same {
+            [_] if times == 1 => {}
+            [_] => return Err(format!("facet {key:?} of tet {t} is no boundary triangle with its region")),
+            [_, other] if region(t) == region(other.1) => {}
+            [..] if times == 1 => {}
+            [_, other, ..] => {
+                let u = other.1;
+                return Err(format!(
+                    "tets {t} and {u} of different regions share facet {key:?}, no interface of theirs"
+                ));
+            }
+            [] => {}
+        }
     }
     match left {
         0 => Ok(()),
-        _ => Err(format!("{left} boundary triangles are no facets with their regions, or there twice")),
+        _ => Err("some boundary triangles are there twice, or no facets between their regions".into()),
     }
 }
 

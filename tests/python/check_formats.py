@@ -112,7 +112,8 @@ def check_msh_by_gmsh(path, ref, names):
             if dimension == 3:
                 volume = gmsh.model.mesh.getElementQualities(elements[0], "volume").sum()
                 check(abs(volume / signed_volumes(ref.points, wanted).sum() - 1) < 1e-12, f"{path}: volume {volume}")
-                own = np.unique(ref.patch[ref.data["region_inside"] == number]) + 1
+                beside = (ref.data["region_inside"] == number) | (ref.data["region_outside"] == number)
+                own = np.unique(ref.patch[beside]) + 1
                 bounds = gmsh.model.getAdjacencies(3, entity)[1]
                 check(np.array_equal(np.sort(np.abs(bounds)), own), f"{path}: region {number} is bounded by {bounds}")
     gmsh.finalize()

@@ -13,10 +13,14 @@ use crate::seeds::{InitialPoints, SeedKind};
 /// [`Error::Read`] where the file cannot be read or parsed, or its points are not all vertices, as in the files of curved tets.
 pub fn read_initial(path: &Path) -> Result<InitialPoints, Error> {
     let bytes = bytes_of(path)?;
-    parse(&bytes, path).map_err(|reason| Error::Read { path: path.to_owned(), reason })
+    parse_initial(&bytes, path).map_err(|reason| Error::Read { path: path.to_owned(), reason })
 }
 
-fn parse(bytes: &[u8], path: &Path) -> Result<InitialPoints, String> {
+/// The same out of the bytes of a file; `path` is asked for its extension where they do not tell their format.
+///
+/// # Errors
+/// The reason.
+pub fn parse_initial(bytes: &[u8], path: &Path) -> Result<InitialPoints, String> {
     let pieces = match format(bytes, path) {
         Some(Format::VtkXml) => vtk_xml::parse_points(bytes)?,
         Some(Format::VtkLegacy) => vec![vtk_legacy::parse_piece(bytes)?],

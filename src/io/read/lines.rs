@@ -13,11 +13,14 @@ use crate::surface::imprint::Polyline;
 /// # Errors
 /// [`Error::Read`] where the file cannot be read or parsed, or has no lines.
 pub fn read_lines(path: &Path) -> Result<Vec<Polyline>, Error> {
-    parse(&bytes_of(path)?).map_err(|reason| Error::Read { path: path.to_owned(), reason })
+    parse_lines(&bytes_of(path)?).map_err(|reason| Error::Read { path: path.to_owned(), reason })
 }
 
 /// The lines in the text of an OBJ file.
-fn parse(text: &[u8]) -> Result<Vec<Polyline>, String> {
+///
+/// # Errors
+/// The reason, with the line.
+pub fn parse_lines(text: &[u8]) -> Result<Vec<Polyline>, String> {
     let text = std::str::from_utf8(text).map_err(|_| "it is not a text file".to_owned())?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut points: Vec<DVec3> = Vec::new();
@@ -78,7 +81,7 @@ mod tests {
     #[test]
     fn lines_are_read_whatever_stands_between_them() {
         let text = b"o a\nv 0 0 0 # origin\nl 1 2/7 \\\n 3\nv 1 0 0 1.0\nv 1 1 0\nf 1 2 3\nl -1 -3\n";
-        let lines = parse(text).expect("two lines");
+        let lines = parse_lines(text).expect("two lines");
         assert_eq!(lines.len(), 2);
         assert_eq!((lines[0].line, lines[1].line), (3, 8));
         assert_eq!(lines[0].points, [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0)]);
@@ -88,7 +91,7 @@ mod tests {
     #[test]
     fn what_is_no_line_is_refused_with_its_place() {
         let refused = |text: &str, what: &str| {
-            let reason = parse(text.as_bytes()).expect_err("no lines");
+            let reason = parse_lines(text.as_bytes()).expect_err("no lines");
             assert!(reason.contains(what), "{reason}");
         };
         refused("v 0 0 0\nf 1 1 1\n", "no lines");

@@ -27,6 +27,8 @@ mod off;
 
 mod ply;
 
+mod sizes;
+
 mod stl;
 
 mod strip;
@@ -39,8 +41,9 @@ mod vtk_xml;
 
 mod words;
 
-pub use initial::read_initial;
-pub use lines::read_lines;
+pub use initial::{parse_initial, read_initial};
+pub use lines::{parse_lines, read_lines};
+pub use sizes::read_sizes;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -317,13 +320,19 @@ fn patch_rank(name: &str) -> Option<usize> {
     PATCH_NAMES.iter().position(|n| n.eq_ignore_ascii_case(name))
 }
 
-/// Patches out of numbers on faces: the numbers themselves where they are whole, at least 0 and fit a signed integer
-/// of 32 bits; else they are numbered in their order.
-fn patches(values: &[f64]) -> Vec<u32> {
-    let fits = |x: f64| x >= 0.0 && x <= f64::from(i32::MAX) && x == x.trunc();
+/// The largest number of a patch: formats that number from 1 have signed integers of 32 bits for it.
+const MOST_PATCH: i32 = i32::MAX - 1;
+
+/// Patches out of numbers on faces: the numbers themselves where they are whole and from 0 to [`MOST_PATCH`]; else they are
+/// numbered in their order, with a note.
+fn patches(values: &[f64], notes: &mut Vec<String>) -> Vec<u32> {
+    let fits = |x: f64| x >= 0.0 && x <= f64::from(MOST_PATCH) && x == x.trunc();
     if values.iter().all(|&x| fits(x)) {
         return values.iter().map(|&x| x as u32).collect();
     }
+    notes.push(format!(
+        "the numbers on faces that tell patches are not all whole and from 0 to {MOST_PATCH}: patches were numbered in their order"
+    ));
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     sorted.dedup_by(|a, b| a.total_cmp(b).is_eq());

@@ -119,7 +119,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, String> {
         builder.point(p)?;
     }
     let has_groups = !faces.patch.is_empty();
-    let patch = patches(&faces.patch);
+    let patch = patches(&faces.patch, &mut builder.soup.notes);
     for (k, corners) in faces.iter().enumerate() {
         let corners: Vec<usize> = corners.iter().map(|&v| index(v)).collect();
         let patch = patch.get(k).copied().unwrap_or(0);

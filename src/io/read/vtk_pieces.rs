@@ -92,7 +92,7 @@ pub fn assemble(pieces: Vec<Piece>) -> Result<Soup, String> {
             None => grouped = false,
         }
     }
-    let patch = if grouped { patches(&values) } else { vec![] };
+    let patch = if grouped { patches(&values, &mut builder.soup.notes) } else { vec![] };
     for piece in pieces {
         let base = builder.soup.points.len();
         for &p in &piece.points {

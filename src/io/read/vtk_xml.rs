@@ -29,6 +29,18 @@ pub(super) fn parse_points(bytes: &[u8]) -> Result<Vec<Piece>, String> {
     let document = Document::of(markup)?;
     document.pieces.iter().map(|piece| document.decode_points(piece, appended)).collect()
 }
+
+/// Parses points and cells, with the numbers on both.
+pub(super) fn parse_all(bytes: &[u8]) -> Result<Vec<Piece>, String> {
+    let (markup, appended) = split(bytes);
+    let document = Document::of(markup)?;
+    let decode = |piece: &Vec<Array>| {
+        let point_arrays = document.single_numbers(b"PointData", piece, appended)?;
+        Ok(Piece { point_arrays, ..document.decode(piece, appended)? })
+    };
+    document.pieces.iter().map(decode).collect()
+}
+
 /// The markup, and what is appended to it: the bytes behind the underscore, which are no XML.
 fn split(bytes: &[u8]) -> (&[u8], &[u8]) {
     const TAG: &[u8] = b"<AppendedData";

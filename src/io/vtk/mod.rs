@@ -108,7 +108,8 @@ impl Array {
     }
 }
 
-/// An index as VTK's signed integer. A mesh has under 10^8 vertices and 8 times as many tets.
+/// An index as VTK's signed integer. A mesh has under 10^8 vertices and 8 times as many tets; numbers of patches and the like
+/// are checked before.
 fn signed(index: u32) -> i32 {
     i32::try_from(index).expect("an index is below 2^31: this is a bug in tetcvt")
 }

@@ -96,7 +96,7 @@ impl Entities {
 
     /// Dimension and number of each, in order.
     fn tags(&self) -> impl Iterator<Item = (i32, i32)> {
-        let tag = |id: &u32| i32::try_from(i64::from(*id) + 1).expect("an id is below 2^31: this is a bug in tetcvt");
+        let tag = |id: &u32| i32::try_from(i64::from(*id) + 1).expect("ids are checked: this is a bug in tetcvt");
         self.patches.iter().map(move |p| (2, tag(p))).chain(self.regions.iter().map(move |r| (3, tag(r))))
     }
 

@@ -90,6 +90,7 @@ pub fn write_mesh(path: &Path, format: MeshFormat, data: &MeshData) -> Result<()
         let reason = "the format has no tets of the second order".to_owned();
         return Err(Error::Write { path: path.to_owned(), reason });
     }
+    check_ids(path, data.mesh)?;
     let one = |write: fn(&MeshData, &mut AtomicFile) -> io::Result<()>| {
         AtomicFile::fill(path, |file| write(data, file)).map(|file| vec![file])
     };
@@ -130,6 +131,7 @@ struct SurfaceData<'a> {
 /// # Errors
 /// [`Error::Write`]; also where the format cannot hold the surface.
 pub fn write_surface(path: &Path, format: SurfaceFormat, mesh: &TetMesh, encoding: Encoding) -> Result<(), Error> {
+    check_ids(path, mesh)?;
     let (vertices, triangles) = mesh.boundary_mesh();
     let points = vertices.iter().map(|&v| mesh.points[v as usize]).collect();
     let data = SurfaceData { vertices, points, triangles, boundary: &mesh.boundary, encoding };
@@ -140,6 +142,21 @@ pub fn write_surface(path: &Path, format: SurfaceFormat, mesh: &TetMesh, encodin
         SurfaceFormat::Stl => stl::write(&data, file),
         SurfaceFormat::Ply => ply::write(&data, file),
     })
+}
+
+/// Refuses numbers of patches, regions and faces that do not fit the signed integers of 32 bits that most formats have for
+/// them, with 1 added in some.
+fn check_ids(path: &Path, mesh: &TetMesh) -> Result<(), Error> {
+    const MOST: u32 = i32::MAX as u32 - 1;
+    let of_boundary = mesh.boundary.iter().flat_map(|b| [("patch", b.patch), ("source triangle", b.source_triangle)]);
+    let mut all = of_boundary.chain(mesh.regions.iter().map(|&r| ("region", r)));
+    match all.find(|&(_, id)| id > MOST) {
+        Some((what, id)) => Err(Error::Write {
+            path: path.to_owned(),
+            reason: format!("{what} {id} is over {MOST}, the largest number"),
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Writes numbers with blanks between them and ends the line.

@@ -1,0 +1,123 @@
+//! Networks of creases: which are of the solid's design, and which are noise.
+//!
+//! The dihedral angle alone does not tell a part's edge from the wrinkle of a scan. Wrinkles are short and end loose; edges
+//! of a design run into each other or close up, or are few among many that do. The mesh has the latter whole, however fine
+//! they are; of the former it follows what the spacing resolves.
+
+use super::curves::{crowded, steps};
+use super::grid::{CellGrid, typical};
+use crate::disjoint_sets::DisjointSets;
+use crate::surface::Surface;
+use crate::surface::features::{Curve, Features};
+
+/// Networks shorter than so many spacings in all are below the resolution of the mesh: on a scanned surface they are noise,
+/// and their corners, fixed and far closer than the spacing, would spoil the mesh around them.
+const RESOLVED: f64 = 2.0;
+
+/// Networks with a loose end are noise up to so many spacings.
+const LOOSE: f64 = 8.0;
+
+/// Where no more than this share of all creases is noise or below the resolution, the creases are designed, and all are kept
+/// whole.
+const DETAILS: f64 = 0.15;
+
+/// But networks shorter than so many spacings.
+pub(super) const LEAST_DETAIL: f64 = 0.25;
+
+/// What is known of a network.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Network {
+    /// In spacings.
+    length: f64,
+    /// Whether a crease of it ends where no other begins.
+    is_loose: bool,
+    is_given: bool,
+    /// Whether it is kept at all.
+    pub(super) kept: bool,
+    /// Whether it is of the design.
+    pub(super) whole: bool,
+}
+
+/// All networks: creases joined at their ends.
+pub(super) struct Networks {
+    /// For each vertex of the surface the vertex that its network is named after, and by that the network.
+    root: Vec<u32>,
+    all: Vec<Network>,
+    /// For each vertex, the creases that end there; a loop without a corner ends twice at its first.
+    ends_at: Vec<u32>,
+}
+
+/// The first and the last vertex of a crease, the lesser first.
+pub(super) fn ends(c: &Curve) -> (u32, u32) {
+    let (a, b) = (c.vertices[0], c.vertices[c.vertices.len() - 1]);
+    (a.min(b), a.max(b))
+}
+
+impl Networks {
+    /// The networks of `features`, where the spacing at a vertex is about `spacing`.
+    pub(super) fn of(surface: &Surface, features: &Features, spacing: impl Fn(u32) -> f64) -> Networks {
+        let vertices = surface.points().len();
+        let mut joined = DisjointSets::new(vertices);
+        let mut ends_at = vec![0u32; vertices];
+        for c in &features.curves {
+            let (a, b) = ends(c);
+            joined.join(a, b);
+            ends_at[a as usize] += 1;
+            ends_at[b as usize] += 1;
+        }
+        let root: Vec<u32> = (0..vertices as u32).map(|v| joined.find(v)).collect();
+        let mut all = vec![Network::default(); vertices];
+        for c in &features.curves {
+            let (a, b) = ends(c);
+            let network = &mut all[root[a as usize] as usize];
+            network.length += steps(c, &spacing);
+            network.is_loose |= ends_at[a as usize] == 1 || ends_at[b as usize] == 1;
+            network.is_given |= c.is_given;
+        }
+        let is_noise = |n: &Network| n.length < if n.is_loose { LOOSE } else { RESOLVED };
+        // What the user asked for is kept in any case, and says nothing of the rest.
+        let noise: f64 = all.iter().filter(|n| !n.is_given && is_noise(n)).map(|n| n.length).sum();
+        let own = features.curves.iter().filter(|c| !c.is_given).map(|c| steps(c, &spacing));
+        let designed = noise <= DETAILS * own.sum::<f64>();
+        let least = if designed { LEAST_DETAIL } else { RESOLVED };
+        for n in &mut all {
+            n.kept = n.is_given || n.length >= least;
+            n.whole = n.kept && (designed || !n.is_loose);
+        }
+        Networks { root, all, ends_at }
+    }
+
+    /// The network at a vertex.
+    pub(super) fn at(&self, v: u32) -> Network {
+        self.all[self.root[v as usize] as usize]
+    }
+
+    /// The corners that are kept: those of networks that are, and tips of cones; but for those that crowd another, of which the
+    /// one where three creases or more meet comes first, then tips and the lower index.
+    pub(super) fn corners(&self, surface: &Surface, features: &Features, spacing: impl Fn(u32) -> f64) -> Vec<u32> {
+        let ends_at = |v: u32| self.ends_at[v as usize];
+        let rank = |v: u32| match ends_at(v) {
+            3.. => 0,
+            0 => 1,
+            _ => 2,
+        };
+        let mut corners: Vec<u32> =
+            features.corners.iter().copied().filter(|&v| ends_at(v) == 0 || self.at(v).kept).collect();
+        corners.sort_by_key(|&v| (rank(v), v));
+        let positions: Vec<_> = corners.iter().map(|&v| surface.points()[v as usize]).collect();
+        let reach: Vec<f64> = corners.iter().map(|&v| crowded(self.at(v).whole) * spacing(v)).collect();
+        let grid = CellGrid::new(&positions, 2.0 * typical(&reach));
+        let mut stays = vec![true; corners.len()];
+        for i in 0..corners.len() {
+            let mut crowded = false;
+            grid.near(positions[i], reach[i], |j| {
+                let j = j as usize;
+                crowded |= j < i && stays[j] && positions[i].distance(positions[j]) < reach[i];
+            });
+            stays[i] = !crowded;
+        }
+        let mut kept: Vec<u32> = corners.iter().zip(&stays).filter(|(_, s)| **s).map(|(&v, _)| v).collect();
+        kept.sort_unstable();
+        kept
+    }
+}
