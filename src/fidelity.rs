@@ -14,14 +14,14 @@ use crate::geometry::triangle::{centroid, normal2};
 use crate::seeds::Anchor;
 
 /// The share of the volume that may be lost or gained.
-const TOLERATED: f64 = 0.0045;
+const TOLERATED: f64 = 0.0031;
 /// The share of a facet's error that a seed at its middle removes: the error falls with the square of the edges, and some
 /// of what is inserted is smoothed away again.
 const GAIN: f64 = 0.6;
 /// The spacing asked for around a new seed, over the facet's.
 const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
-const MOST: f64 = 0.015;
+const MOST: f64 = 0.023;
 
 /// A facet of the boundary and the volume between it and the surface: positive where the tets behind it lack it.
 struct Loss {

@@ -91,6 +91,8 @@ pub struct Params {
     pub improve: bool,
     /// The dihedral angle that the improvement aims at, in degrees: 0 to [`HIGHEST_FLOOR`].
     pub min_dihedral: f64,
+    /// Whether vertices of the boundary leave the surface by a little, so that the mesh has its volume.
+    pub preserve_volume: bool,
     /// Number of threads; 0 = all cores. The result does not depend on it.
     pub threads: usize,
     /// Seed of every random choice.
@@ -115,6 +117,7 @@ impl Default for Params {
             tolerance: 2e-5,
             improve: true,
             min_dihedral: 35.0,
+            preserve_volume: false,
             threads: 0,
             random_seed: 1,
             time_limit: None,
@@ -159,6 +162,10 @@ impl Params {
                 "min-dihedral",
                 format!("{} is not between 0 and {HIGHEST_FLOOR} degrees", self.min_dihedral),
             );
+        }
+        if self.preserve_volume && (!self.improve || self.boundary == Boundary::Free) {
+            let reason = "takes the improvement, and seeds on the surface to begin with".to_string();
+            return refuse("preserve-volume", reason);
         }
         if self.threads > MOST_THREADS {
             return refuse("threads", format!("{} is more than {MOST_THREADS}", self.threads));
@@ -207,6 +214,10 @@ mod tests {
         for angle in [-1.0, 60.1, f64::NAN, f64::INFINITY] {
             assert_eq!(refused(|p| p.min_dihedral = angle), Some("min-dihedral"));
         }
+        for (improve, boundary) in [(false, Boundary::Conform), (true, Boundary::Free)] {
+            let change = |p: &mut Params| (p.preserve_volume, p.improve, p.boundary) = (true, improve, boundary);
+            assert_eq!(refused(change), Some("preserve-volume"));
+        }
         assert_eq!(refused(|p| p.threads = 65_535), Some("threads"));
         assert_eq!(refused(|p| p.iterations = usize::MAX), Some("iterations"));
     }
@@ -220,6 +231,7 @@ mod tests {
         for angle in [0.0, HIGHEST_FLOOR] {
             assert_eq!(refused(|p| p.min_dihedral = angle), None);
         }
+        assert_eq!(refused(|p| p.preserve_volume = true), None);
         assert_eq!(refused(|p| p.tolerance = 0.0), None);
         assert_eq!(refused(|p| p.iterations = 0), None);
         assert_eq!(refused(|p| p.time_limit = Some(0.0)), None);

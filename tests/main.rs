@@ -107,6 +107,10 @@ mod output_formats;
 // One mesh at any scale and offset.
 mod scale;
 
+// Beside other meshers.
+#[cfg(feature = "cli")]
+mod peers;
+
 // Scripts around VTK, in a virtual environment of their own.
 #[cfg(feature = "cli")]
 mod python;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Runs a script of tests/python; fails with what it printed unless it succeeds.
-pub fn run(script: &str, arguments: &[&Path]) {
+/// Runs a script of tests/python; what it printed. Fails with that unless it succeeds.
+pub fn run(script: &str, arguments: &[&Path]) -> String {
     static PYTHON: OnceLock<PathBuf> = OnceLock::new();
     let python = PYTHON.get_or_init(environment);
     let mut command = Command::new(python);
@@ -18,6 +18,7 @@ pub fn run(script: &str, arguments: &[&Path]) {
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
+    String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 fn scripts() -> PathBuf {

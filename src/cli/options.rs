@@ -142,6 +142,10 @@ pub(super) struct Options {
     #[arg(long, help_heading = "Improvement")]
     no_improve: bool,
 
+    /// Move the boundary's vertices off the surface by a little, so that the mesh has exactly its volume
+    #[arg(long, help_heading = "Improvement", conflicts_with_all = ["no_improve", "second_order"])]
+    preserve_volume: bool,
+
     /// Threads [default: all cores]; the result does not depend on it
     #[arg(long, value_name = "N", help_heading = "Run", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
@@ -381,6 +385,7 @@ impl Options {
             tolerance: self.tolerance,
             improve: !self.no_improve,
             min_dihedral: self.min_dihedral,
+            preserve_volume: self.preserve_volume,
             threads: self.threads.map_or(0, usize::from),
             random_seed: self.random_seed,
             time_limit: self.time_limit,

@@ -42,7 +42,7 @@ pub(super) fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
         .par_iter()
         .map(|f| {
             let corners: [DVec3; 3] = f.vertices.map(|v| vertices[v as usize].point);
-            let face = ground.features.face[ground.surface.facing(corners) as usize];
+            let face = ground.face[ground.surface.facing(corners) as usize];
             Facet { vertices: f.vertices, face, stray: ground.stray(corners) }
         })
         .collect();
@@ -58,7 +58,7 @@ pub(super) fn settle(complex: &mut Complex, ground: &Ground, kinds: &[SeedKind])
         .collect();
     for v in loose {
         let closest = ground.surface.tree().closest(complex.points[v as usize]);
-        let face = ground.features.face[closest.triangle as usize];
+        let face = ground.face[closest.triangle as usize];
         let facets: Vec<u32> = complex.facets_of(v).to_vec();
         let normal = ground.surface.normal2(closest.triangle);
         let fits = |&f: &u32| {
@@ -99,9 +99,10 @@ pub(super) fn release(complex: &mut Complex, ground: &Ground) {
         if facets.iter().any(|&f| complex.facets[f as usize].face != face) || stays(complex, ground, v) {
             continue;
         }
-        if let Some(triangle) = ground.triangle_at(complex.points[v as usize], face) {
-            complex.freedom[v as usize] = Freedom::Surface(triangle);
-        }
+        let triangle = ground.triangle_at(complex.points[v as usize], face);
+        let triangle = triangle.unwrap_or_else(|| ground.surface.tree().closest(complex.points[v as usize]).triangle);
+        complex.freedom[v as usize] = Freedom::Surface(triangle);
+        complex.touch(v);
     }
     complex.retain_creases();
 }

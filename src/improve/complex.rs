@@ -17,6 +17,8 @@ pub(super) enum Freedom {
     Inside,
     /// On the surface; the triangle that it lies on.
     Surface(u32),
+    /// Not at all, on the surface, of which it holds a tip; the triangle that it lies on.
+    Held(u32),
     /// Along a crease: its number, and the arc length there.
     Curve(u32, f64),
     /// Not at all; its place on a crease, as above.
@@ -28,7 +30,7 @@ pub(super) enum Freedom {
 impl Freedom {
     /// Whether the vertex is bound to a crease or a corner, or does not move at all.
     pub(super) fn is_bound(self) -> bool {
-        matches!(self, Freedom::Curve(..) | Freedom::Knot(..) | Freedom::Fixed)
+        !matches!(self, Freedom::Inside | Freedom::Surface(_))
     }
 }
 
@@ -66,6 +68,8 @@ enum Undo {
     AddedVertex,
     ReusedVertex(u32, DVec3, Freedom, u32),
     FreedVertex,
+    AddedCrease([u32; 2]),
+    RemovedCrease([u32; 2]),
 }
 
 /// A mesh of tets and its boundary, in the frame.
@@ -82,7 +86,7 @@ pub(super) struct Complex {
     pub facets: Vec<Facet>,
     /// Whether some facets are interfaces: they have tets on both of their sides.
     pub has_interfaces: bool,
-    /// Edges on creases, their lesser end first, ascending: they stay.
+    /// Edges on creases, both ways, ascending: they stay.
     creases: Vec<[u32; 2]>,
     tet_stars: Stars,
     facet_stars: Stars,
@@ -91,6 +95,9 @@ pub(super) struct Complex {
     /// Vertices in no tet.
     pub free_vertices: Vec<u32>,
     log: Vec<Undo>,
+    /// When something last changed for good around each vertex, by the number of the commit.
+    stamps: Vec<u32>,
+    commits: u32,
     /// The quality that every tet should have.
     floor: f64,
     /// Sum of the cubes of what tets lack to the floor.
@@ -125,6 +132,8 @@ impl Complex {
             free_facets: Vec::new(),
             free_vertices: Vec::new(),
             log: Vec::new(),
+            stamps: Vec::new(),
+            commits: 0,
             floor: 0.0,
             deficit: 0.0,
         }
@@ -134,7 +143,7 @@ impl Complex {
     pub(super) fn set_creases(&mut self, edges: impl Iterator<Item = [u32; 2]>) {
         let on_boundary =
             |&[a, b]: &[u32; 2]| self.facets_of(a).iter().any(|&f| self.facets[f as usize].vertices.contains(&b));
-        let mut creases: Vec<[u32; 2]> = edges.filter(on_boundary).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        let mut creases: Vec<[u32; 2]> = edges.filter(on_boundary).flat_map(|[a, b]| [[a, b], [b, a]]).collect();
         creases.sort_unstable();
         creases.dedup();
         self.creases = creases;
@@ -149,12 +158,41 @@ impl Complex {
 
     /// Whether the edge between two vertices is a crease.
     pub(super) fn is_crease(&self, a: u32, b: u32) -> bool {
-        self.creases.binary_search(&[a.min(b), a.max(b)]).is_ok()
+        self.creases.binary_search(&[a, b]).is_ok()
     }
 
     /// The vertices next to `v` along creases.
     pub(super) fn along_creases(&self, v: u32) -> impl Iterator<Item = u32> {
-        self.creases.iter().filter(move |e| e.contains(&v)).map(move |e| e[0] ^ e[1] ^ v)
+        let from = self.creases.partition_point(|e| e[0] < v);
+        self.creases[from..].iter().take_while(move |e| e[0] == v).map(|e| e[1])
+    }
+
+    /// Makes an edge a crease.
+    pub(super) fn add_crease(&mut self, [a, b]: [u32; 2]) {
+        self.put_crease([a, b]);
+        self.log.push(Undo::AddedCrease([a, b]));
+    }
+
+    /// Makes a crease an edge like others.
+    pub(super) fn remove_crease(&mut self, [a, b]: [u32; 2]) {
+        self.drop_crease([a, b]);
+        self.log.push(Undo::RemovedCrease([a, b]));
+    }
+
+    fn put_crease(&mut self, [a, b]: [u32; 2]) {
+        for edge in [[a, b], [b, a]] {
+            if let Err(at) = self.creases.binary_search(&edge) {
+                self.creases.insert(at, edge);
+            }
+        }
+    }
+
+    fn drop_crease(&mut self, [a, b]: [u32; 2]) {
+        for edge in [[a, b], [b, a]] {
+            if let Ok(at) = self.creases.binary_search(&edge) {
+                self.creases.remove(at);
+            }
+        }
     }
 
     /// Sets the quality that every tet should have.
@@ -228,6 +266,11 @@ impl Complex {
     /// The boundary facets at the edge between two vertices: two or none.
     pub(super) fn facets_at(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
         self.facets_of(a).iter().copied().filter(move |&f| self.facets[f as usize].vertices.contains(&b))
+    }
+
+    /// The same, as a list.
+    pub(super) fn edge_facets(&self, [a, b]: [u32; 2]) -> Vec<u32> {
+        self.facets_at(a, b).collect()
     }
 
     /// Whether some tet has both vertices.
@@ -351,7 +394,42 @@ impl Complex {
 
     /// Keeps every change for good.
     pub(super) fn commit(&mut self) {
+        self.commits += 1;
+        self.stamps.resize(self.points.len(), 0);
+        for k in 0..self.log.len() {
+            match self.log[k] {
+                Undo::AddedTet(t, _) if self.is_alive(t) => {
+                    self.tets[t as usize].into_iter().for_each(|v| self.stamps[v as usize] = self.commits);
+                }
+                Undo::Moved(v, ..) => self.stamps[v as usize] = self.commits,
+                _ => {}
+            }
+        }
         self.log.clear();
+    }
+
+    /// The number of commits so far.
+    pub(super) fn commits(&self) -> u32 {
+        self.commits
+    }
+
+    /// Lets everything around `v` count as changed.
+    pub(super) fn touch(&mut self, v: u32) {
+        self.commits += 1;
+        self.stamps.resize(self.points.len(), 0);
+        self.stamps[v as usize] = self.commits;
+    }
+
+    /// Whether something changed after commit `since` at vertex `v` or one beside it.
+    pub(super) fn changed_beside(&self, v: u32, since: u32) -> bool {
+        let mut beside = self.star(v).iter().flat_map(|&t| self.tets[t as usize]);
+        beside.any(|u| self.stamps.get(u as usize).is_some_and(|&s| s > since))
+    }
+
+    /// The last commit that changed something at a vertex of a tet beside tet `t`.
+    pub(super) fn last_change(&self, t: u32) -> u32 {
+        let beside = self.tets[t as usize].into_iter().flat_map(|v| self.star(v)).flat_map(|&u| self.tets[u as usize]);
+        beside.map(|v| self.stamps.get(v as usize).copied().unwrap_or(0)).max().unwrap_or(0)
     }
 
     /// Takes back what was changed since `mark`.
@@ -432,6 +510,8 @@ impl Complex {
             Undo::FreedVertex => {
                 self.free_vertices.pop().expect(FREED_LAST);
             }
+            Undo::AddedCrease(edge) => self.drop_crease(edge),
+            Undo::RemovedCrease(edge) => self.put_crease(edge),
         }
     }
 }
@@ -495,7 +575,7 @@ mod tests {
             }
         }
         let mut complex = Complex::new(vertices, tets.clone(), Vec::new());
-        let ground = Ground::new(surface, features);
+        let ground = Ground::new(surface, features, &features.face);
         for t in 0..tets.len() as u32 {
             for i in 0..4 {
                 let facet = complex.facet_of(t, i);
@@ -572,7 +652,7 @@ mod tests {
     fn a_rollback_brings_everything_back_to_the_last_bit() {
         let surface = cube();
         let features = Features::find(&surface, 40.0);
-        let ground = Ground::new(&surface, &features);
+        let ground = Ground::new(&surface, &features, &features.face);
         let mut complex = grid(&surface, &features, 4);
         let whole = volume(&complex);
         let mut rng = Rng::new(3, 4);

@@ -14,27 +14,29 @@ pub(super) const TREATED: usize = 16;
 /// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
 pub(super) const WORSE: f64 = 0.05;
 
-/// Tries flips, contractions and splits around the tets that are left, `most` times at most, until none helps.
-pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, most: usize) {
-    // The quality that a tet had when nothing helped it.
-    let mut hopeless: Vec<f64> = Vec::new();
-    let mut tried = 0;
+/// Tries flips, contractions and splits around the tets that are left, until none helps or `until` tets were treated in all. The first
+/// time splits wait: they help seldom where the others can.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (first, until): (bool, usize)) {
+    // The commit at which nothing helped a tet, by slot.
+    let mut hopeless: Vec<u32> = Vec::new();
     loop {
         let mut gained = false;
         for t in left(complex) {
-            let quality = complex.quality[t as usize];
-            hopeless.resize(complex.tets.len(), f64::NAN);
-            if !complex.is_alive(t) || quality >= complex.floor() || hopeless[t as usize] == quality {
+            hopeless.resize(complex.tets.len(), 0);
+            if !complex.is_alive(t) || complex.quality[t as usize] >= complex.floor() {
                 continue;
             }
-            if tried == most {
+            let tried = hopeless[t as usize];
+            if tried > 0 && complex.last_change(t) < tried {
+                continue;
+            }
+            if work.treated() >= until {
                 return;
             }
-            tried += 1;
-            if resolve(complex, ground, work, t) {
+            if resolve(complex, ground, work, (t, first)) {
                 gained = true;
             } else {
-                hopeless[t as usize] = quality;
+                hopeless[t as usize] = complex.commits() + 1;
             }
         }
         if !gained {
@@ -52,19 +54,23 @@ pub(super) fn left(complex: &Complex) -> Vec<u32> {
 }
 
 /// Tries an operation on each of a tet's edges, keeps the first that helps; whether one did.
-fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, t: u32) -> bool {
+fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, first): (u32, bool)) -> bool {
     let mut change = Change::default();
     let tet = complex.tets[t as usize];
-    let least = complex.quality[t as usize];
     let deficit = complex.deficit();
     let operations: &[Operation] = if work.keeps_vertices {
         &[Operation::Flip]
+    } else if first {
+        &[Operation::Flip, Operation::Contraction]
     } else {
         &[Operation::Flip, Operation::Contraction, Operation::Split]
     };
     for &operation in operations {
         for [i, j] in EDGES {
             for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
+                // None may be worse than the worst there was.
+                let star = ends.iter().flat_map(|&v| complex.star(v));
+                let least = star.map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min) - 1e-9;
                 let mark = complex.mark();
                 let done = match operation {
                     _ if ends[0] > ends[1] && operation != Operation::Contraction => false,

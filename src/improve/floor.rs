@@ -11,6 +11,10 @@ use super::ground::Ground;
 use super::smooth::{Smoother, least_gain};
 use crate::geometry::tetrahedron::EDGES;
 
+/// Tets treated in one go over all that are below the floor, for each of them and beside: the rest is crawl.
+const TREATED_EACH: usize = 12;
+const TREATED_LEAST: usize = 2000;
+
 /// The tets below the floor, worst first, and the buffers of the operations.
 #[derive(Default)]
 pub(super) struct Worklist {
@@ -21,8 +25,13 @@ pub(super) struct Worklist {
     near: Vec<u32>,
     /// Whether no vertex may be made or taken out, be it that the count comes out right.
     pub(super) keeps_vertices: bool,
-    /// Tets that may yet be treated.
-    left: usize,
+    /// Whether the boundary is to follow the surface.
+    pub(super) follows: bool,
+    /// The commit at which nothing helped a tet, by slot.
+    hopeless: Vec<u32>,
+    /// Tets treated so far, and at most.
+    treated: usize,
+    most: usize,
 }
 
 /// Orders qualities like numbers.
@@ -34,27 +43,44 @@ fn key(quality: f64) -> u64 {
 impl Worklist {
     /// A list that treats so many tets at most, in all.
     pub(super) fn new(most: usize) -> Worklist {
-        Worklist { left: most, ..Worklist::default() }
+        Worklist { most, ..Worklist::default() }
     }
 
-    /// Works off all tets below the floor.
-    pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground) {
-        self.fill(complex);
-        while let Some(t) = self.next(complex) {
-            if self.treat(complex, ground, t) {
-                complex.commit();
-            }
-        }
+    /// How many tets were treated so far: a measure of the work done that is the same everywhere.
+    pub(super) fn treated(&self) -> usize {
+        self.treated
     }
 
-    /// All tets below the floor.
-    fn fill(&mut self, complex: &Complex) {
+    /// Works off all tets below the floor, but for those that nothing helped before and around which nothing changed since.
+    /// Not beyond `last` tets treated in all.
+    pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground, last: usize) {
         self.heap.clear();
         for t in 0..complex.tets.len() as u32 {
             if complex.is_alive(t) {
                 self.push(complex, t);
             }
         }
+        let until = last.min(self.treated + TREATED_LEAST + TREATED_EACH * self.heap.len());
+        while let Some(t) = self.next(complex) {
+            if self.treated >= until {
+                break;
+            }
+            self.hopeless.resize(complex.tets.len(), 0);
+            let tried = self.hopeless[t as usize];
+            if tried > 0 && complex.last_change(t) < tried {
+                continue;
+            }
+            if self.treat(complex, ground, t) {
+                complex.commit();
+            } else {
+                self.hopeless[t as usize] = complex.commits() + 1;
+            }
+        }
+    }
+
+    /// Lets every tet be tried again: what stands in their way has changed.
+    pub(super) fn forget(&mut self) {
+        self.hopeless.clear();
     }
 
     fn push(&mut self, complex: &Complex, t: u32) {
@@ -116,10 +142,10 @@ impl Worklist {
     /// Improves the neighbourhood of one tet; whether that went.
     fn treat(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         self.near.clear();
-        if self.left == 0 {
+        if self.treated == self.most {
             return false;
         }
-        self.left -= 1;
+        self.treated += 1;
         if self.flip(complex, ground, t) || self.smooth(complex, ground, t) {
             self.push_around(complex);
             return true;
@@ -170,15 +196,15 @@ impl Worklist {
         moved
     }
 
-    /// One round of the polish: every vertex where the sum of its tets' smallest angles is larger. How many moved.
-    pub(super) fn polish(&mut self, complex: &mut Complex, ground: &Ground) -> usize {
-        let mut moved = 0;
-        for v in 0..complex.points.len() as u32 {
-            if !complex.star(v).is_empty() && self.smoother.raise_sum(complex, ground, v) {
-                moved += 1;
+    /// One round of the polish: every vertex beside which something changed after commit `since` to where the sum of its
+    /// tets' smallest angles is larger.
+    pub(super) fn polish(&mut self, complex: &mut Complex, ground: &Ground, since: u32) {
+        let active = |&v: &u32| !complex.star(v).is_empty() && (since == 0 || complex.changed_beside(v, since));
+        let vertices: Vec<u32> = (0..complex.points.len() as u32).filter(active).collect();
+        for v in vertices {
+            if self.smoother.raise_sum(complex, ground, v) {
                 complex.commit();
             }
         }
-        moved
     }
 }

@@ -1,23 +1,31 @@
-//! Brings the boundary closer to the surface where it strays most: along ridges and folds that an edge runs across.
+//! Brings the boundary closer to the surface where one strays most from the other: along ridges and folds that an edge runs
+//! across, at tips that a facet cuts off.
 //!
-//! 1. Places: the middles of the boundary's edges and facets, farthest from the surface first.
-//! 2. A 2-2 flip of an edge there, or else a vertex on the surface in its middle; the tets around are improved anew.
-//! 3. Kept if the boundary there is closer to the surface by far, and no tet fell far below the floor.
+//! 1. Places: the middles of the boundary's edges and facets that are far from the surface, and the surface's vertices that are far
+//!    from the boundary; the farthest first.
+//! 2. A flip of an edge there, a vertex of the surface drawn to the place, or a new vertex there; the tets around are
+//!    improved anew.
+//! 3. Kept if the boundary there is closer to the surface by far, both ways, and no tet fell far below the floor. A vertex at a
+//!    tip then stays where it is, unless a tet cannot do with it.
 //!
 //! The count of vertices is made right afterwards.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::change::Change;
-use super::complex::{Complex, Facet, Mark, NONE};
+use super::complex::{Complex, Facet, Freedom, Mark, NONE};
 use super::endgame::WORSE;
 use super::flips::remove_edge;
 use super::floor::Worklist;
 use super::ground::Ground;
-use super::resize::split;
+use super::resize::{split, split_at};
+use crate::geometry::frame::snap;
+use crate::geometry::triangle;
+use crate::surface::box_tree::BoxTree;
 
 /// Places that stray by less than this share of the surface's diagonal are well.
-const CLOSE: f64 = 2.2e-3;
+const CLOSE: f64 = 2.0e-3;
 
 /// The share of its distance that a place may keep.
 const KEPT: f64 = 0.75;
@@ -26,49 +34,117 @@ const KEPT: f64 = 0.75;
 const MOST: f64 = 0.005;
 
 /// What a tet may lack to the floor for the endgame to mend (radians).
-const LACK: f64 = 0.035;
+pub(super) const LACK: f64 = 0.035;
 
 /// Tets treated after a flip or split before it is judged.
 const TREATED: usize = 32;
 
-/// Works off the places that stray most.
-pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist) {
+/// Rounds of looking for places: what mends one may leave another beside it.
+const ROUNDS: usize = 3;
+
+/// A place where boundary and surface are apart.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    distance: f64,
+    /// An edge of the boundary there.
+    edge: [u32; 2],
+    /// The point of the surface there that is far from the boundary, with its triangle.
+    tip: Option<(DVec3, u32)>,
+}
+
+/// What is tried at a place.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    Flip,
+    Split,
+    /// The vertex to the tip.
+    Draw(u32),
+    /// A new vertex there.
+    SplitAtTip,
+}
+
+/// Works off the places that stray most; where tets are at the floor they may lack `lack` to it afterwards.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, lack: f64) {
     let close = CLOSE * ground.surface.diagonal();
     let most = complex.vertex_count() + (MOST * complex.vertex_count() as f64) as usize;
-    for (before, [a, b]) in places(complex, ground, close) {
-        if complex.vertex_count() >= most {
+    for _ in 0..ROUNDS {
+        let mut places = on_boundary(complex, ground, close);
+        places.extend(on_surface(complex, ground, close));
+        places.sort_by(|x, y| y.distance.total_cmp(&x.distance).then(x.edge.cmp(&y.edge)));
+        let mut gained = false;
+        for place in places {
+            if complex.vertex_count() >= most {
+                return;
+            }
+            // What was done elsewhere may have changed this place.
+            if !complex.is_crease(place.edge[0], place.edge[1]) && complex.edge_facets(place.edge).len() == 2 {
+                gained |= draw_in(complex, ground, work, (place, close, lack));
+            }
+        }
+        if !gained {
             return;
-        }
-        // What was done elsewhere may have changed this place.
-        if complex.is_crease(a, b) || edge_facets(complex, [a, b]).len() != 2 {
-            continue;
-        }
-        let before = before.min(strays_around(complex, ground, [a, b]));
-        if before > close {
-            draw_in(complex, ground, work, ([a, b], before));
         }
     }
 }
 
-/// The edges that stray, or whose facets do, the farthest first.
-fn places(complex: &Complex, ground: &Ground, close: f64) -> Vec<(f64, [u32; 2])> {
-    let mut found: Vec<(f64, [u32; 2])> = complex
+/// The edges of the boundary that stray, or whose facets do.
+fn on_boundary(complex: &Complex, ground: &Ground, close: f64) -> Vec<Place> {
+    complex
         .facets
         .par_iter()
         .filter(|f| f.vertices[0] != NONE)
         .flat_map_iter(|f| {
-            let [a, b, c] = f.vertices;
-            let length2 = |e: [u32; 2]| complex.points[e[0] as usize].distance_squared(complex.points[e[1] as usize]);
-            let edges = [[a, b], [b, c], [c, a]];
-            let longest = edges.into_iter().max_by(|&d, &e| length2(d).total_cmp(&length2(e))).unwrap_or([a, b]);
-            let inner = (f.stray > close).then_some((f.stray, longest));
-            let along = edges.into_iter().filter(|e| e[0] < e[1]).map(|e| (edge_stray(complex, ground, e), e));
-            inner.into_iter().chain(along.filter(|e| e.0 > close))
+            let inner = (f.stray > close).then(|| (f.stray, longest_edge(complex, f)));
+            let edges = edges_of(f.vertices).into_iter().filter(|e| e[0] < e[1]);
+            let along = edges.map(|e| (edge_stray(complex, ground, e), e)).filter(|e| e.0 > close);
+            inner.into_iter().chain(along)
         })
-        .map(|(stray, [a, b])| (stray, [a.min(b), a.max(b)]))
-        .collect();
-    found.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-    found
+        .map(|(distance, [a, b])| Place { distance, edge: [a.min(b), a.max(b)], tip: None })
+        .collect()
+}
+
+/// The vertices of the surface far from the boundary.
+fn on_surface(complex: &Complex, ground: &Ground, close: f64) -> Vec<Place> {
+    let facets: Vec<&Facet> = complex.facets.iter().filter(|f| f.vertices[0] != NONE).collect();
+    let triangles: Vec<[u32; 3]> = facets.iter().map(|f| f.vertices).collect();
+    let tree = BoxTree::build(&complex.points, &triangles);
+    ground
+        .surface
+        .points()
+        .par_iter()
+        .filter_map(|&p| {
+            let closest = tree.closest(p);
+            let distance = closest.distance2.sqrt();
+            let facet = facets[closest.triangle as usize];
+            (distance > close).then(|| {
+                let [a, b] = nearest_edge(complex, facet, closest.point);
+                let triangle = ground.triangle_at(p, facet.face);
+                Place { distance, edge: [a.min(b), a.max(b)], tip: triangle.map(|t| (p, t)) }
+            })
+        })
+        .collect()
+}
+
+fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+fn longest_edge(complex: &Complex, facet: &Facet) -> [u32; 2] {
+    let length2 = |e: [u32; 2]| complex.points[e[0] as usize].distance_squared(complex.points[e[1] as usize]);
+    let longest = |d: [u32; 2], e: [u32; 2]| if length2(e) > length2(d) { e } else { d };
+    let [d, e, f] = edges_of(facet.vertices);
+    longest(longest(d, e), f)
+}
+
+/// The edge of a facet next to a point of it.
+fn nearest_edge(complex: &Complex, facet: &Facet, p: DVec3) -> [u32; 2] {
+    let away = |e: [u32; 2]| {
+        let [a, b] = complex.corners(e);
+        triangle::closest_on_segment(a, b, p).distance_squared(p)
+    };
+    let nearest = |d: [u32; 2], e: [u32; 2]| if away(e) < away(d) { e } else { d };
+    let [d, e, f] = edges_of(facet.vertices);
+    nearest(nearest(d, e), f)
 }
 
 /// How far the middle of an edge is from the surface.
@@ -77,15 +153,9 @@ fn edge_stray(complex: &Complex, ground: &Ground, [a, b]: [u32; 2]) -> f64 {
     ground.surface.tree().closest(middle).distance2.sqrt()
 }
 
-/// The facets of the boundary at an edge.
-fn edge_facets(complex: &Complex, [a, b]: [u32; 2]) -> Vec<u32> {
-    let at_b = |&f: &u32| complex.facets[f as usize].vertices.contains(&b);
-    complex.facets_of(a).iter().copied().filter(at_b).collect()
-}
-
 /// The most that an edge and its facets stray.
 fn strays_around(complex: &Complex, ground: &Ground, edge: [u32; 2]) -> f64 {
-    let facets = edge_facets(complex, edge);
+    let facets = complex.edge_facets(edge);
     facets.iter().map(|&f| complex.facets[f as usize].stray).fold(edge_stray(complex, ground, edge), f64::max)
 }
 
@@ -93,43 +163,147 @@ fn strays_around(complex: &Complex, ground: &Ground, edge: [u32; 2]) -> f64 {
 fn strays_since(complex: &Complex, ground: &Ground, mark: Mark) -> f64 {
     let mut most = 0.0_f64;
     for f in complex.facets_since(mark) {
-        let Facet { vertices: [a, b, c], stray, .. } = complex.facets[f as usize];
-        most = [[a, b], [b, c], [c, a]]
-            .into_iter()
-            .map(|e| edge_stray(complex, ground, e))
-            .fold(most.max(stray), f64::max);
+        let Facet { vertices, stray, .. } = complex.facets[f as usize];
+        most = edges_of(vertices).into_iter().map(|e| edge_stray(complex, ground, e)).fold(most.max(stray), f64::max);
     }
     most
 }
 
-/// Steps 2 and 3 at an edge.
-fn draw_in(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (edge, before): ([u32; 2], f64)) {
-    let mut change = Change::default();
+/// The vertices of the surface around an edge, as far as the edges at its ends reach.
+fn samples_around(complex: &Complex, ground: &Ground, edge: [u32; 2]) -> Vec<DVec3> {
+    let [a, b] = complex.corners(edge);
+    let middle = (a + b) * 0.5;
+    let facets = complex.edge_facets(edge);
+    let corners = facets.iter().flat_map(|&f| complex.corners(complex.facets[f as usize].vertices));
+    let reach = DVec3::splat(corners.map(|p| p.distance(middle)).fold(0.0, f64::max));
+    let mut near: Vec<u32> = Vec::new();
+    ground.surface.tree().near_box(middle - reach, middle + reach, |t| {
+        near.extend(ground.surface.triangles()[t as usize]);
+    });
+    near.sort_unstable();
+    near.dedup();
+    let points = near.into_iter().map(|v| ground.surface.points()[v as usize]);
+    points.filter(|p| p.distance(middle) <= reach.x).collect()
+}
+
+/// The most that any of `samples` is away from the boundary two facets around `vertices`.
+fn farthest(complex: &Complex, samples: &[DVec3], vertices: &[u32]) -> f64 {
+    let ring = |vertices: &[u32]| {
+        let mut around: Vec<u32> = vertices.iter().flat_map(|&v| complex.facets_of(v)).copied().collect();
+        around.sort_unstable();
+        around.dedup();
+        around
+    };
+    let vertices: Vec<u32> = ring(vertices).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
+    let facets: Vec<[DVec3; 3]> =
+        ring(&vertices).iter().map(|&f| complex.corners(complex.facets[f as usize].vertices)).collect();
+    let away2 = |&p: &DVec3| {
+        facets.iter().map(|&f| triangle::closest_point(f, p).distance_squared(p)).fold(f64::INFINITY, f64::min)
+    };
+    samples.iter().map(away2).fold(0.0, f64::max).sqrt()
+}
+
+/// Steps 2 and 3 at a place; whether that went.
+fn draw_in(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (place, close, lack): (Place, f64, f64),
+) -> bool {
+    let edge = place.edge;
+    let mut around: Vec<u32> =
+        complex.edge_facets(edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
+    let samples = samples_around(complex, ground, edge);
+    let before = match place.tip {
+        Some((p, _)) => farthest(complex, &[p], &around),
+        None => strays_around(complex, ground, edge),
+    };
+    if before <= close {
+        return false;
+    }
+    let before = farthest(complex, &samples, &around).max(before);
     // Facets beside a ridge may stray more than they did, if the ridge comes closer.
     let wide = &ground.within(KEPT * before);
-    let deficit = complex.deficit() + LACK * LACK * LACK;
-    let around = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
-    let least = around.fold(complex.floor() - LACK, f64::min) - 1e-9;
-    let ways: &[bool] = if work.keeps_vertices { &[true] } else { &[true, false] };
-    for &flip in ways {
+    let deficit = complex.deficit() * (1.0 + 1e-9) + lack * lack * lack + 1e-15;
+    let qualities = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
+    let least = qualities.fold(complex.floor() - lack, f64::min) - 1e-9;
+    let known = around.len();
+    for way in ways(complex, place, work.keeps_vertices) {
         let mark = complex.mark();
-        let done = if flip {
-            let possible = remove_edge(complex, wide, edge, WORSE, &mut change);
-            if possible {
-                change.apply(complex);
-            }
-            possible
-        } else {
-            split(complex, wide, edge, &mut change).is_some()
-        };
-        if done
+        around.truncate(known);
+        let made = make(complex, wide, (place, way));
+        around.extend(made);
+        if made.is_some()
             && work.work_since(complex, ground, mark, (TREATED, least))
             && complex.deficit() <= deficit
             && strays_since(complex, ground, mark) <= KEPT * before
+            && farthest(complex, &samples, &around) <= KEPT * before
         {
             complex.commit();
-            return;
+            return true;
         }
         complex.rollback(mark);
+    }
+    false
+}
+
+/// What may help at a place, the cheapest first.
+fn ways(complex: &Complex, place: Place, keeps_vertices: bool) -> Vec<Way> {
+    let mut ways = vec![Way::Flip];
+    if let (Some((p, _)), false) = (place.tip, keeps_vertices) {
+        let mut near: Vec<u32> =
+            complex.edge_facets(place.edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
+        near.retain(|&v| matches!(complex.freedom[v as usize], Freedom::Surface(_)));
+        let away = |v: u32| complex.points[v as usize].distance_squared(p);
+        near.sort_by(|&v, &w| away(v).total_cmp(&away(w)).then(v.cmp(&w)));
+        near.dedup();
+        ways.extend(near.into_iter().take(2).map(Way::Draw));
+    }
+    if !keeps_vertices {
+        ways.extend(place.tip.map(|_| Way::SplitAtTip));
+        ways.push(Way::Split);
+    }
+    ways
+}
+
+/// Goes one way; a vertex there, if that is possible.
+fn make(complex: &mut Complex, ground: &Ground, (place, way): (Place, Way)) -> Option<u32> {
+    let mut change = Change::default();
+    match way {
+        Way::Flip => {
+            let possible = remove_edge(complex, ground, place.edge, WORSE, &mut change);
+            possible.then(|| change.apply(complex)).map(|()| place.edge[0])
+        }
+        Way::Split => split(complex, ground, place.edge, &mut change),
+        Way::SplitAtTip => {
+            let (p, triangle) = place.tip?;
+            split_at(complex, ground, place.edge, (snap(p), Freedom::Held(triangle)), &mut change)
+        }
+        Way::Draw(v) => {
+            let (p, triangle) = place.tip?;
+            let face = ground.face[triangle as usize];
+            let facets: Vec<u32> = complex.facets_of(v).to_vec();
+            let to = snap(p);
+            let mut strays = Vec::with_capacity(facets.len());
+            for &f in &facets {
+                let old = complex.facets[f as usize];
+                let moved = old.vertices.map(|u| if u == v { to } else { complex.points[u as usize] });
+                let turned = {
+                    let [a, b, c] = complex.corners(old.vertices);
+                    let [x, y, z] = moved;
+                    let (before, after) = (triangle::normal2(a, b, c), triangle::normal2(x, y, z));
+                    after.dot(before) <= 0.5 * after.length() * before.length()
+                };
+                let stray = ground.stray(moved);
+                if old.face != face || turned || !ground.allows(moved, stray, old.stray) {
+                    return None;
+                }
+                strays.push(stray);
+            }
+            complex.move_vertex(v, to, Freedom::Held(triangle));
+            facets.iter().zip(strays).for_each(|(&f, stray)| complex.set_stray(f, stray));
+            let worst = complex.star(v).iter().map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min);
+            (worst > WORSE).then_some(v)
+        }
     }
 }

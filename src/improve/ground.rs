@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::complex::{Complex, Facet, Freedom};
+use super::complex::{Complex, Facet, Freedom, NONE};
 use crate::geometry::frame::snap;
 use crate::geometry::triangle;
 use crate::surface::Surface;
@@ -11,7 +11,8 @@ use crate::surface::features::Features;
 /// Facets may stray from the surface by this share of its diagonal; farther, only where they did before.
 const STRAY: f64 = 3e-4;
 
-/// For the few tets that this leaves below the floor: as far as all but this share of the facets do at the start.
+/// For the few tets that this leaves below the floor: as far as all but this share of the facets do at the start, or by a
+/// share of the facet's size.
 const STRAYING: f64 = 0.03;
 
 /// A vertex of the surface that moves by a step may be brought back to the surface by at most this share of it.
@@ -44,14 +45,18 @@ impl Tangent {
 pub(super) struct Ground<'a> {
     pub surface: &'a Surface,
     pub features: &'a Features,
+    /// The smooth part that each of the surface's triangles counts to.
+    pub face: &'a [u32],
     /// For each crease, whether it is to stay whole.
     pub whole: &'a [bool],
     limit: f64,
+    /// Facets may also stray by this share of their size.
+    share: f64,
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn new(surface: &'a Surface, features: &'a Features) -> Ground<'a> {
-        Ground { surface, features, whole: &[], limit: STRAY * surface.diagonal() }
+    pub(super) fn new(surface: &'a Surface, features: &'a Features, face: &'a [u32]) -> Ground<'a> {
+        Ground { surface, features, face, whole: &[], limit: STRAY * surface.diagonal(), share: 0.0 }
     }
 
     /// The same, with the creases that are to stay whole.
@@ -64,19 +69,19 @@ impl<'a> Ground<'a> {
         let reach = DVec3::splat(1e-12);
         let mut found: Option<u32> = None;
         self.surface.tree().near_box(p - reach, p + reach, |t| {
-            if self.features.face[t as usize] == face && found.is_none_or(|f| t < f) {
+            if self.face[t as usize] == face && found.is_none_or(|f| t < f) {
                 found = Some(t);
             }
         });
         found.filter(|&t| triangle::closest_point(self.surface.corners(t), p).distance(p) <= reach.x)
     }
 
-    /// The same, with a bound that leaves more room: as far as most of `facets` stray.
-    pub(super) fn loosened(&self, facets: &[Facet]) -> Ground<'a> {
-        let mut strays: Vec<f64> = facets.iter().map(|f| f.stray).collect();
+    /// The same, with a bound that leaves more room: as far as most of `facets` stray, or `share` of a facet's size.
+    pub(super) fn loosened(&self, facets: &[Facet], share: f64) -> Ground<'a> {
+        let mut strays: Vec<f64> = facets.iter().filter(|f| f.vertices[0] != NONE).map(|f| f.stray).collect();
         strays.sort_unstable_by(f64::total_cmp);
         let usual = strays.get((strays.len() as f64 * (1.0 - STRAYING)) as usize);
-        Ground { limit: self.limit.max(usual.copied().unwrap_or(0.0)), ..*self }
+        Ground { limit: self.limit.max(usual.copied().unwrap_or(0.0)), share, ..*self }
     }
 
     /// The same, where facets may stray by `limit`.
@@ -90,8 +95,23 @@ impl<'a> Ground<'a> {
     }
 
     /// Whether a facet may stray so far in the place of facets that strayed by at most `before`.
-    pub(super) fn allows(&self, stray: f64, before: f64) -> bool {
-        stray <= self.limit.max(before)
+    pub(super) fn allows(&self, [a, b, c]: [DVec3; 3], stray: f64, before: f64) -> bool {
+        stray <= self.limit.max(before) || stray <= self.share / 3.0 * (a.distance(b) + b.distance(c) + c.distance(a))
+    }
+
+    /// Whether a crease may run straight from `a` to `b`, vertices on curve `number`, past `v` between them: it may cut off as much as a
+    /// facet that long.
+    pub(super) fn may_skip(&self, complex: &Complex, number: u32, v: u32, [a, b]: [u32; 2]) -> bool {
+        let (Freedom::Curve(_, at) | Freedom::Knot(_, at)) = complex.freedom[v as usize] else { return false };
+        let Some(from) = self.arc_of(complex, number, a, at) else { return false };
+        let Some(to) = self.arc_of(complex, number, b, at) else { return false };
+        let curve = &self.features.curves[number as usize];
+        let past = (from < at) == (at < to);
+        let length = complex.points[a as usize].distance(complex.points[b as usize]);
+        let is_whole = self.whole.get(number as usize) == Some(&true);
+        let most = if is_whole { 0.1 * self.limit } else { self.limit.max(self.share * length) };
+        let is_direct = !curve.is_closed() || (to - from).abs() < 0.5 * curve.length();
+        past && is_direct && self.bulge(number, from, to) <= most
     }
 
     /// The directions that a vertex may move in; none for those that may not.
@@ -106,7 +126,7 @@ impl<'a> Ground<'a> {
                 let along = curve.point_at(at + reach, points) - curve.point_at(at - reach, points);
                 along.try_normalize().map(Tangent::Line)
             }
-            Freedom::Knot(..) | Freedom::Fixed => None,
+            Freedom::Held(_) | Freedom::Knot(..) | Freedom::Fixed => None,
         }
     }
 
@@ -117,7 +137,7 @@ impl<'a> Ground<'a> {
             Freedom::Inside => Some((snap(from + step), Freedom::Inside)),
             Freedom::Surface(t) => self.on_surface(t, from + step, step.length()),
             Freedom::Curve(curve, at) => self.on_curve(complex, v, (curve, at), step),
-            Freedom::Knot(..) | Freedom::Fixed => None,
+            Freedom::Held(_) | Freedom::Knot(..) | Freedom::Fixed => None,
         }
     }
 
@@ -129,7 +149,7 @@ impl<'a> Ground<'a> {
             return (p.distance(trial) <= LIFT * step).then_some((snap(p), Freedom::Surface(near)));
         }
         let closest = self.surface.tree().closest(trial);
-        let same = self.features.face[closest.triangle as usize] == self.features.face[near as usize]
+        let same = self.face[closest.triangle as usize] == self.face[near as usize]
             && self.surface.normal2(closest.triangle).dot(self.surface.normal2(near)) > 0.0;
         (same && closest.distance2 <= LIFT * LIFT * step * step)
             .then_some((snap(closest.point), Freedom::Surface(closest.triangle)))
@@ -206,7 +226,7 @@ impl<'a> Ground<'a> {
             return None;
         }
         let stray = self.stray(corners);
-        self.allows(stray, before).then_some(Facet { vertices, face, stray })
+        self.allows(corners, stray, before).then_some(Facet { vertices, face, stray })
     }
 }
 

@@ -8,16 +8,19 @@
 //! 1. Worst first (`floor.rs`): the best edge removal (`flips.rs`) or multi-face removal (`faces.rs`) around the tet, or else
 //!    a move of its corners (`smooth.rs`).
 //! 2. Polish: vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
-//! 3. Steps 1 and 2 again: the better average leaves fewer tets stuck.
+//! 3. Step 1 again, the boundary being held less tightly: the better average leaves fewer tets stuck.
 //! 4. The boundary is brought closer to the surface where it strays most (`follow.rs`).
-//! 5. For the few tets that are stuck (`endgame.rs`): splits and contractions of edges, each with its surroundings improved
-//!    anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
+//! 5. For the few tets that are stuck (`endgame.rs`): flips, contractions and splits of edges, each with its surroundings
+//!    improved anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
+//! 6. A last polish, and step 4 again, where no tet loses by it.
+//! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
-//! Where vertices are known by their numbers, steps 4 and 5 have flips alone.
+//! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
+//! where it would outweigh the rest: it is counted in tets treated, the same everywhere.
 //!
 //! Departures: boundary edges are flipped and boundary vertices moved too, within a tight bound on the distance to the
 //! surface (`ground.rs`); creases stay, and which part of the surface a facet stands for. No operation of theirs that changes the
-//! count is used before step 4, and the count is made right after it.
+//! count is used before step 4, and the count is made right after each.
 //!
 //! Cost: that of the slivers, plus a constant number of passes over all vertices.
 
@@ -50,6 +53,8 @@ mod measure;
 
 mod outcome;
 
+mod patches;
+
 mod regions;
 
 mod resize;
@@ -58,6 +63,8 @@ mod smooth;
 
 mod stars;
 
+mod volume;
+
 use complex::Complex;
 use floor::Worklist;
 use ground::Ground;
@@ -65,12 +72,16 @@ use ground::Ground;
 /// Rounds of the polish before the endgame.
 const POLISH_ROUNDS: usize = 2;
 
-/// Tets that the endgame tries at most: a share of all, and not fewer than these.
-const ENDGAME_SHARE: f64 = 0.004;
-const ENDGAME_LEAST: usize = 200;
+/// Tets that the endgames treat at most, all together and the first: shares of all, and not fewer than these.
+const ENDGAME_SHARE: f64 = 0.6;
+const FIRST_ENDGAME_SHARE: f64 = 0.2;
+const ENDGAME_LEAST: usize = 4_000;
 
-/// Times that the endgame is played, with a polish between.
-const ENDGAMES: usize = 4;
+/// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
+const STRAYS: f64 = 0.1;
+
+/// The same in each of the endgames, with a polish between.
+const ENDGAME_STRAYS: [f64; 4] = [0.1, 0.1, 0.15, 0.15];
 
 /// Tets treated in all, over the mesh's: far more than are needed, but where walls are thinner than the spacing.
 const TREATED: usize = 4;
@@ -90,7 +101,8 @@ pub fn improve(
     params: &Params,
     observer: &mut dyn Observer,
 ) -> String {
-    let ground = Ground::new(surface, features).keeping(&seeds.whole);
+    let face = patches::joined(surface, features, mesh.boundary.len());
+    let ground = Ground::new(surface, features, &face).keeping(&seeds.whole);
     let mut complex = bind::load(mesh, seeds, &ground);
     let creases = bind::crease_edges(&complex, &ground);
     complex.set_creases(creases.into_iter());
@@ -100,60 +112,85 @@ pub fn improve(
     complex.set_floor(params.min_dihedral.to_radians() + MARGIN);
     let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
+    work.follows = params.boundary == Boundary::Conform;
     passes(&mut complex, &ground, &mut work, mesh.points.len(), observer);
+    let kept = params.preserve_volume.then(|| volume::preserve(&mut complex, &ground));
     let improved = outcome::store(mesh, &complex, &ground, patch);
     match improved.check() {
         Ok(()) => {
             *mesh = improved;
-            outcome::describe(&complex, &ground, params.min_dihedral)
+            let reached = outcome::describe(&complex, &ground, params.min_dihedral);
+            kept.map_or(reached.clone(), |k| format!("{reached}; {}", outcome::describe_volume(&k, &ground)))
         }
         // In the model's coordinates, far from their origin, a tet may be flat that is not in the frame.
         Err(broken) => format!("left as it was: {broken}"),
     }
 }
 
-/// Steps 1 to 5, as far as the observer lets them go.
+/// Steps 1 to 6, as far as the observer lets them go.
 fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize, observer: &mut dyn Observer) {
     let mut goes_on = |complex: &Complex| observer.improving(endgame::left(complex).len()) == Flow::Continue;
     // 1.
     if !goes_on(complex) {
         return;
     }
-    work.run(complex, ground);
+    work.run(complex, ground, usize::MAX);
     // 2.
     for _ in 0..POLISH_ROUNDS {
         if !goes_on(complex) {
             return;
         }
-        work.polish(complex, ground);
+        work.polish(complex, ground, 0);
     }
     // 3.
-    let loose = &ground.loosened(&complex.facets);
-    work.run(complex, loose);
+    work.forget();
+    work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 4.
-    let before = complex.clone();
-    follow::run(complex, ground, work);
-    if !endgame::restore_count(complex, ground, work, count) {
-        *complex = before;
-    }
+    draw_closer(complex, ground, work, (count, follow::LACK));
     // 5.
-    let most = ((complex.tets.len() as f64 * ENDGAME_SHARE) as usize).max(ENDGAME_LEAST);
-    for game in 0..ENDGAMES {
+    let share = |share: f64| work.treated() + ((complex.tets.len() as f64 * share) as usize).max(ENDGAME_LEAST);
+    let (first, all) = (share(FIRST_ENDGAME_SHARE), share(ENDGAME_SHARE));
+    let mut bound = STRAYS;
+    for (game, share) in ENDGAME_STRAYS.into_iter().enumerate() {
+        let loose = &ground.loosened(&complex.facets, share);
+        if share > bound {
+            work.forget();
+            bound = share;
+        }
         if !goes_on(complex) {
             return;
         }
         if game > 0 && endgame::left(complex).is_empty() {
             break;
         }
-        let before = complex.clone();
-        endgame::run(complex, loose, work, most);
+        let (before, begun) = (complex.clone(), complex.commits());
+        let until = if game == 0 { first } else { all };
+        endgame::run(complex, loose, work, (game == 0, until));
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
+            work.forget();
         }
-        work.polish(complex, ground);
+        work.polish(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
         bind::release(complex, ground);
-        work.run(complex, loose);
+        work.run(complex, loose, all);
     }
+    // 6.
+    work.polish(complex, ground, 0);
+    draw_closer(complex, ground, work, (count, 0.0));
     goes_on(complex);
+}
+
+/// Brings the boundary closer to the surface without a change of the count; tets may lack `lack` more to the floor afterwards.
+fn draw_closer(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (count, lack): (usize, f64)) {
+    // Free seeds keep their distance from the surface.
+    if !work.follows {
+        return;
+    }
+    let before = complex.clone();
+    follow::run(complex, ground, work, lack);
+    if !endgame::restore_count(complex, ground, work, count) {
+        *complex = before;
+        work.forget();
+    }
 }

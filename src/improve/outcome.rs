@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::complex::{Complex, Freedom, NONE};
 use super::ground::Ground;
-use super::{endgame, measure, regions};
+use super::{endgame, measure, regions, volume};
 use crate::geometry::tetrahedron::{self, EDGES};
 use crate::seeds::SeedKind;
 use crate::tet_mesh::{BoundaryTriangle, TetMesh};
@@ -28,7 +28,7 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground, patch:
         mesh.points[to] = surface.frame().to_model(complex.points[v]);
         match complex.freedom[v] {
             Freedom::Inside => mesh.kinds[to] = SeedKind::Interior,
-            Freedom::Surface(_) => mesh.kinds[to] = SeedKind::Surface,
+            Freedom::Surface(_) | Freedom::Held(_) => mesh.kinds[to] = SeedKind::Surface,
             Freedom::Curve(..) | Freedom::Knot(..) => mesh.kinds[to] = SeedKind::Curve,
             Freedom::Fixed => {}
         }
@@ -93,6 +93,15 @@ pub(super) fn describe(complex: &Complex, ground: &Ground, floor: f64) -> String
         place.y,
         place.z,
         reason(complex, worst)
+    )
+}
+
+/// What became of the volume, for a human.
+pub(super) fn describe_volume(outcome: &volume::Outcome, ground: &Ground) -> String {
+    format!(
+        "vertices of the boundary left the surface by up to {:.3} % of the diagonal, for a volume within {:.0e}",
+        100.0 * outcome.farthest / ground.surface.diagonal(),
+        outcome.error.abs().max(1e-6)
     )
 }
 

@@ -11,10 +11,20 @@ use crate::geometry::frame::snap;
 use crate::geometry::tetrahedron::FACETS;
 
 /// Splits edge (a, b), which must not be a crease, in the middle; the new vertex, unless a tet would be flat or a facet stray.
-pub(super) fn split(complex: &mut Complex, ground: &Ground, [a, b]: [u32; 2], change: &mut Change) -> Option<u32> {
-    let facets: Vec<u32> =
-        complex.facets_of(a).iter().copied().filter(|&f| complex.facets[f as usize].vertices.contains(&b)).collect();
-    let (at, freedom) = middle(complex, ground, [a, b], &facets)?;
+pub(super) fn split(complex: &mut Complex, ground: &Ground, edge: [u32; 2], change: &mut Change) -> Option<u32> {
+    let place = middle(complex, ground, edge, &complex.edge_facets(edge))?;
+    split_at(complex, ground, edge, place, change)
+}
+
+/// The same with the new vertex at a place of the caller's.
+pub(super) fn split_at(
+    complex: &mut Complex,
+    ground: &Ground,
+    [a, b]: [u32; 2],
+    (at, freedom): (DVec3, Freedom),
+    change: &mut Change,
+) -> Option<u32> {
+    let facets = complex.edge_facets([a, b]);
     let mark = complex.mark();
     let m = complex.add_vertex(Vertex { point: at, freedom, region: complex.region[a as usize] });
     change.clear();
@@ -52,7 +62,7 @@ fn middle(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], facets: &[u32]) 
         return None;
     }
     let closest = ground.surface.tree().closest(half);
-    let same = ground.features.face[closest.triangle as usize] == complex.facets[f as usize].face;
+    let same = ground.face[closest.triangle as usize] == complex.facets[f as usize].face;
     same.then_some((snap(closest.point), Freedom::Surface(closest.triangle)))
 }
 
@@ -83,19 +93,40 @@ pub(super) fn contract(
             change.new_tets.push((tet, quality));
         }
     }
-    if complex.on_boundary(a) && !boundary_follows(complex, ground, [a, b], change) {
-        return false;
+    let mut creases = None;
+    if complex.on_boundary(a) {
+        if complex.freedom[a as usize].is_bound() {
+            let Some(next) = crease_follows(complex, ground, [a, b]) else { return false };
+            creases = Some(next);
+        }
+        if !boundary_follows(complex, ground, [a, b], change) {
+            return false;
+        }
+    }
+    if let Some(next) = creases {
+        complex.remove_crease([a, b]);
+        complex.remove_crease([a, next]);
+        complex.add_crease([b, next]);
     }
     change.apply(complex);
     complex.free_vertex(a);
     true
 }
 
+/// The vertex next to `a` on its crease, on the side away from `b`, if the crease can do without `a`.
+fn crease_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2]) -> Option<u32> {
+    let (Freedom::Curve(number, _) | Freedom::Knot(number, _)) = complex.freedom[a as usize] else { return None };
+    let mut beside = complex.along_creases(a);
+    let [Some(x), Some(y), None] = [beside.next(), beside.next(), beside.next()] else { return None };
+    let next = if x == b { y } else { x };
+    if x != b && y != b {
+        return None;
+    }
+    (!complex.has_edge(b, next) && ground.may_skip(complex, number, a, [b, next])).then_some(next)
+}
+
 /// The facets of a contraction of a vertex of the surface; whether there is nothing against them.
 fn boundary_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], change: &mut Change) -> bool {
-    if !matches!(complex.freedom[a as usize], Freedom::Surface(_)) {
-        return false;
-    }
     let Some(ring) = Ring::around(complex, a, b) else { return false };
     if !ring.is_open() {
         return false;
@@ -113,15 +144,18 @@ fn boundary_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], change
         return false;
     }
     change.old_facets.extend(complex.facets_of(a));
+    let on_crease = complex.freedom[a as usize].is_bound();
     let face = complex.facets[change.old_facets[0] as usize].face;
     for k in 0..change.old_facets.len() {
-        let Facet { vertices, face: other, .. } = complex.facets[change.old_facets[k] as usize];
-        if other != face {
+        let Facet { vertices, face: own, .. } = complex.facets[change.old_facets[k] as usize];
+        if own != face && !on_crease {
             return false;
         }
         if !vertices.contains(&b) {
             let moved = vertices.map(|v| if v == a { b } else { v });
-            match ground.facet(complex, moved, face, &change.old_facets) {
+            // Facets on both sides of a crease face different ways.
+            let before = if on_crease { &change.old_facets[k..=k] } else { &change.old_facets[..] };
+            match ground.facet(complex, moved, own, before) {
                 Some(facet) => change.new_facets.push(facet),
                 None => return false,
             }

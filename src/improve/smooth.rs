@@ -168,8 +168,9 @@ impl Smoother {
             let before = complex.facets_of(v).iter().map(|&f| complex.facets[f as usize].stray).fold(0.0, f64::max);
             for &f in complex.facets_of(v) {
                 let corners = complex.facets[f as usize].vertices;
-                let stray = ground.stray(corners.map(|u| if u == v { to } else { complex.points[u as usize] }));
-                if !ground.allows(stray, before) {
+                let corners = corners.map(|u| if u == v { to } else { complex.points[u as usize] });
+                let stray = ground.stray(corners);
+                if !ground.allows(corners, stray, before) {
                     return false;
                 }
                 self.strays.push((f, stray));
