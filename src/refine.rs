@@ -36,8 +36,13 @@ const FIDELITY_SMOOTHING: usize = 2;
 /// Rounds that also split the edges of creases that the mesh lacks.
 const CREASE_ROUNDS: usize = 10;
 
-/// Edges of creases that are noise are split while they are at most one for so many seeds, and a few.
-const MOST_SPLITS: usize = 250;
+/// Edges of creases are split while they are at most one for so many seeds, and a few.
+const MOST_SPLITS: usize = 100;
+
+/// The same for creases that are noise.
+const MOST_SPLITS_OF_NOISE: usize = 250;
+
+/// The few.
 const FEW_SPLITS: usize = 8;
 
 /// Rounds after which a seed that is still in no tet goes elsewhere.
@@ -91,7 +96,7 @@ pub fn until_valid(
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
     let mut best = (usize::MAX, 0);
-    let mut crowds = false;
+    let mut crowded = Crowded::default();
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
@@ -107,7 +112,7 @@ pub fn until_valid(
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
         let splits = match round < CREASE_ROUNDS && !keeps_places {
-            true => splits(relaxation, &sampling, &labels, &mut crowds),
+            true => splits(relaxation, &sampling, &labels, &mut crowded),
             false => Vec::new(),
         };
         proposals.extend_from_slice(&splits);
@@ -147,9 +152,16 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     found
 }
 
-/// Where to put seeds on creases that the boundary of the tets `inside` does not contain. Where creases that are noise
-/// crowd they are let be from then on: splitting one would take the next one's edges.
-fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowds: &mut bool) -> Vec<Proposal> {
+/// Which creases are let be, because they are so many and so close that splitting one takes the edges of the next.
+#[derive(Default)]
+struct Crowded {
+    noise: bool,
+    all: bool,
+}
+
+/// Where to put seeds on creases that the boundary of the tets `inside` does not contain. Where creases crowd they are let be
+/// from then on.
+fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowded: &mut Crowded) -> Vec<Proposal> {
     let boundary = extract::boundary::Boundary::of(&sampling.complex, inside);
     let mut edges: Vec<[u32; 2]> = boundary
         .triangles
@@ -162,10 +174,10 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowds:
     let mut splits = relaxation.crease_splits(|a, b| edges.binary_search(&[a.min(b), a.max(b)]).is_ok());
     let whole = &relaxation.seeds().whole;
     let is_whole = |anchor: &Anchor| anchor.curve().is_some_and(|c| whole.get(c as usize) == Some(&true));
-    *crowds |= splits.iter().filter(|s| !is_whole(&s.1)).count() > sampling.kinds.len() / MOST_SPLITS + FEW_SPLITS;
-    if *crowds {
-        splits.retain(|s| is_whole(&s.1));
-    }
+    let (count, noise) = (sampling.kinds.len(), splits.iter().filter(|s| !is_whole(&s.1)).count());
+    crowded.noise |= noise > count / MOST_SPLITS_OF_NOISE + FEW_SPLITS;
+    crowded.all |= splits.len() - noise > count / MOST_SPLITS + FEW_SPLITS;
+    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !crowded.noise));
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
 }
 

@@ -44,6 +44,13 @@ impl CellGrid {
     pub(super) fn near(&self, p: DVec3, radius: f64, mut visit: impl FnMut(u32)) {
         let low = cube_of(p - radius, self.cell);
         let high = cube_of(p + radius, self.cell);
+        let cubes: f64 = (0..3).map(|k| f64::from(high[k]) - f64::from(low[k]) + 1.0).product();
+        if cubes > self.entries.len() as f64 {
+            // More cubes than points, or no points at all: they are looked through one by one.
+            let meets = |c: &[i32; 3]| (0..3).all(|k| (low[k]..=high[k]).contains(&c[k]));
+            self.entries.iter().filter(|(c, _)| meets(c)).for_each(|&(_, i)| visit(i));
+            return;
+        }
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
                 for z in low[2]..=high[2] {
@@ -102,5 +109,16 @@ mod tests {
                 assert!(n == 1 || q.distance(p) > radius);
             }
         }
+    }
+
+    #[test]
+    fn a_search_ends_however_small_the_cubes() {
+        let mut found: Vec<u32> = Vec::new();
+        CellGrid::new(&[], 0.0).near(DVec3::ZERO, 1.0, |i| found.push(i));
+        assert!(found.is_empty());
+        let points = [DVec3::splat(0.1), DVec3::splat(0.4), DVec3::splat(-0.1)];
+        CellGrid::new(&points, 0.0).near(DVec3::ZERO, 0.2, |i| found.push(i));
+        found.sort_unstable();
+        assert_eq!(found, [0, 2]);
     }
 }

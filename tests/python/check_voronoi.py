@@ -36,6 +36,15 @@ def volume_by_vtk(grid, c):
     return mass.GetVolume()
 
 
+def volume_of(points, faces):
+    """By the divergence theorem, each face as a fan."""
+    origin, volume = points[faces[0][0]], 0.0
+    for face in faces:
+        p = points[face] - origin
+        volume += sum(p[0] @ np.cross(p[i], p[i + 1]) for i in range(1, len(p) - 1)) / 6
+    return volume
+
+
 def main(path, mesh_path, total):
     grid = read(path, {"vtu": vtkXMLUnstructuredGridReader})
     count = grid.GetNumberOfCells()
@@ -82,9 +91,14 @@ def main(path, mesh_path, total):
         seeds = sorted(data["seed"][list(beyond[c])])
         check(list(listed[c]) == seeds, f"{path}: cell {c} has neighbours {seeds}, not {listed[c]}")
 
+    by_faces = np.array([volume_of(points, faces) for faces in own_edges])
+    check(np.allclose(by_faces, data["volume"], rtol=1e-9, atol=0),
+          f"{path}: volumes differ from those of the faces by {np.abs(by_faces / data['volume'] - 1).max()}")
     theirs = np.array([volume_by_vtk(grid, c) for c in range(count)])
-    check(np.allclose(theirs, data["volume"], rtol=1e-9, atol=0),
-          f"{path}: volumes differ from VTK's by {np.abs(theirs / data['volume'] - 1).max()}")
+    apart = np.abs(theirs / data["volume"] - 1)
+    # Cutting a face in triangles VTK may lose a sliver of it, and the cell on the other side with it.
+    check((apart > 1e-9).sum() <= max(2, count // 100) and apart.max() < 1e-6,
+          f"{path}: {(apart > 1e-9).sum()} volumes differ from VTK's, by up to {apart.max()}")
     sizes = vtkCellSizeFilter()
     sizes.SetInputData(grid)
     sizes.Update()
