@@ -1,5 +1,6 @@
 //! Lines of the user's on a surface: imprinted without moving it, and edges of the mesh in the end.
 
+#[cfg(feature = "cli")]
 use std::fs;
 use std::path::Path;
 
@@ -11,6 +12,7 @@ use tetcvt::surface::features::Features;
 use tetcvt::surface::imprint::{LineError, Polyline};
 use tetcvt::{Params, Surface, TetMesh, tetrahedralize};
 
+#[cfg(feature = "cli")]
 use crate::cli::{folder_with_cube, tetcvt};
 use crate::shapes::Shape;
 
@@ -189,6 +191,7 @@ fn what_is_not_on_the_surface_is_refused_with_its_place() {
     assert!(matches!(cube().with_features(&[through]), Err(LineError::Leaves { .. })));
 }
 
+#[cfg(feature = "cli")]
 #[test]
 fn the_program_keeps_lines_and_refuses_those_off_the_surface() {
     let folder = folder_with_cube();

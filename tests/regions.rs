@@ -1,5 +1,6 @@
 //! Nested shells as interfaces between regions: volumes, topology, cells, files.
 
+#[cfg(feature = "cli")]
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
