@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::vtk_pieces::{Kinds, Piece};
+use super::vtk_pieces::Piece;
 use super::{Format, bytes_of, format, vtk_legacy, vtk_xml};
 use crate::error::Error;
 use crate::sizing::SizeMesh;
@@ -52,32 +52,22 @@ fn add(mesh: &mut SizeMesh, piece: &Piece) -> Result<(), String> {
         return Err(format!("it has {points} points, but {} numbers {NAME:?} on them", sizes.values.len()));
     }
     let base = mesh.points.len();
-    let mut number = 0;
-    for (kinds, cells) in &piece.cells {
-        let mut begin = 0;
-        for (k, &end) in cells.ends.iter().enumerate() {
-            let kind = match kinds {
-                Kinds::All(kind) => f64::from(*kind),
-                Kinds::Each(kinds) => kinds.get(k).copied().ok_or("it has more cells than types of cells")?,
-            };
-            let corners = &cells.corners[begin..end];
-            begin = end;
-            number += 1;
-            if kind <= LAST_FLAT {
-                continue;
-            }
-            if !TETS.contains(&kind) || corners.len() < 4 {
-                return Err(format!("cell {} is of VTK's type {kind}, no tet (10)", number - 1));
-            }
-            let mut tet = [0; 4];
-            for (vertex, &corner) in tet.iter_mut().zip(corners) {
-                if !(corner >= 0.0 && corner < points as f64) {
-                    return Err(format!("cell {} refers to point {corner}, but there are {points}", number - 1));
-                }
-                *vertex = (base + corner as usize) as u32;
-            }
-            mesh.tets.push(tet);
+    for (number, cell) in piece.each_cell().enumerate() {
+        let (kind, corners) = cell?;
+        if kind <= LAST_FLAT {
+            continue;
         }
+        if !TETS.contains(&kind) || corners.len() < 4 {
+            return Err(format!("cell {number} is of VTK's type {kind}, no tet (10)"));
+        }
+        let mut tet = [0; 4];
+        for (vertex, &corner) in tet.iter_mut().zip(corners) {
+            if !(corner >= 0.0 && corner < points as f64) {
+                return Err(format!("cell {number} refers to point {corner}, but there are {points}"));
+            }
+            *vertex = (base + corner as usize) as u32;
+        }
+        mesh.tets.push(tet);
     }
     mesh.points.extend_from_slice(&piece.points);
     mesh.sizes.extend_from_slice(&sizes.values);

@@ -74,6 +74,23 @@ pub struct Piece {
     pub point_arrays: Vec<DataArray>,
 }
 
+impl Piece {
+    /// All cells, in the order of the file: the type of each and its points, as the file has them. An error in place of a
+    /// cell whose type is missing.
+    pub fn each_cell(&self) -> impl Iterator<Item = Result<(f64, &[f64]), String>> {
+        self.cells.iter().flat_map(|(kinds, cells)| {
+            let mut begin = 0;
+            cells.ends.iter().enumerate().map(move |(k, &end)| {
+                let kind = match kinds {
+                    Kinds::All(kind) => f64::from(*kind),
+                    Kinds::Each(kinds) => kinds.get(k).copied().ok_or("it has more cells than types of cells")?,
+                };
+                Ok((kind, &cells.corners[std::mem::replace(&mut begin, end)..end]))
+            })
+        })
+    }
+}
+
 /// The types of a list of cells.
 pub enum Kinds {
     All(u8),
@@ -93,33 +110,23 @@ pub fn assemble(pieces: Vec<Piece>) -> Result<Soup, String> {
         }
     }
     let patch = if grouped { patches(&values, &mut builder.soup.notes) } else { vec![] };
-    for piece in pieces {
-        let base = builder.soup.points.len();
+    for piece in &pieces {
+        let (base, points) = (builder.soup.points.len(), piece.points.len());
         for &p in &piece.points {
             builder.point(p)?;
         }
-        for (kinds, cells) in &piece.cells {
-            let mut begin = 0;
-            for (k, &end) in cells.ends.iter().enumerate() {
-                let kind = match kinds {
-                    Kinds::All(kind) => f64::from(*kind),
-                    Kinds::Each(kinds) => kinds.get(k).copied().ok_or("it has more cells than types of cells")?,
-                };
-                let corners: Vec<usize> = cells.corners[begin..end]
-                    .iter()
-                    .map(|&v| if v >= 0.0 && v < piece.points.len() as f64 { base + v as usize } else { usize::MAX })
-                    .collect();
-                begin = end;
-                let number = builder.faces as usize;
-                let patch = patch.get(number).copied().unwrap_or(0);
-                add(&mut builder, kind, &corners, patch).map_err(|e| {
-                    let outside = corners.iter().position(|&v| v == usize::MAX);
-                    match outside.map(|i| cells.corners[end - corners.len() + i]) {
-                        Some(v) => format!("cell {number} refers to point {v}, but there are {}", piece.points.len()),
-                        None => format!("cell {number}: {e}"),
-                    }
-                })?;
-            }
+        for cell in piece.each_cell() {
+            let (kind, of_piece) = cell?;
+            let corner = |&v: &f64| if v >= 0.0 && v < points as f64 { base + v as usize } else { usize::MAX };
+            let corners: Vec<usize> = of_piece.iter().map(corner).collect();
+            let number = builder.faces as usize;
+            let patch = patch.get(number).copied().unwrap_or(0);
+            add(&mut builder, kind, &corners, patch).map_err(|e| {
+                match corners.iter().position(|&v| v == usize::MAX) {
+                    Some(i) => format!("cell {number} refers to point {}, but there are {points}", of_piece[i]),
+                    None => format!("cell {number}: {e}"),
+                }
+            })?;
         }
     }
     Ok(builder.finish(grouped))
