@@ -1,17 +1,19 @@
-//! Finds where flat facets cut too much volume off a curved surface.
+//! Finds where flat facets cut too much off a curved surface.
 //!
 //! A facet with its vertices on the surface lies below a convex part of it and above a concave one, by an amount that
 //! falls with the square of the spacing. Where an even spacing loses more volume in all than is tolerable, the facets
-//! that lose most get a seed.
+//! that lose most get a seed; and so do the few tips and folds of the surface that are farthest from the facets.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::extract::boundary::Boundary;
 use crate::extract::{Proposal, Sampling};
 use crate::geometry::places::Places;
 use crate::geometry::tetrahedron::FACETS;
 use crate::geometry::triangle::{centroid, normal2};
 use crate::seeds::Anchor;
+use crate::surface::box_tree::BoxTree;
 
 /// The share of the volume that may be lost or gained.
 const TOLERATED: f64 = 0.0031;
@@ -23,6 +25,13 @@ const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
 const MOST: f64 = 0.023;
 
+/// Vertices of the surface farther from the facets than this share of the spacing get a seed, and none within [`APART`]
+/// spacings of it.
+const FAR: f64 = 0.14;
+const APART: f64 = 1.0;
+/// At most this share of the seeds goes there in one round.
+const MOST_FAR: f64 = 0.005;
+
 /// A facet of the boundary and the volume between it and the surface: positive where the tets behind it lack it.
 struct Loss {
     proposal: Proposal,
@@ -30,9 +39,47 @@ struct Loss {
     account: usize,
 }
 
+/// Seeds that bring the boundary of the tets `inside` closer to the surface; none where it is close enough.
+pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+    let mut chosen = far_spots(sampling, inside);
+    let mut places = Places::new(sampling.spacing.largest);
+    chosen.iter().for_each(|p| places.insert(p.place));
+    chosen.extend(volumes(sampling, inside).into_iter().filter(|p| !places.any_within(p.place, p.size)));
+    chosen
+}
+
+/// The vertices of the surface that lie farthest from the boundary of the tets `inside`.
+pub fn far_spots(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+    let surface = sampling.surface;
+    let boundary = BoxTree::build(sampling.complex.points, &Boundary::of(&sampling.complex, inside).triangles);
+    let mut far: Vec<(f64, u32)> = (surface.points().par_iter().enumerate())
+        .filter_map(|(v, &p)| {
+            let share = boundary.closest(p).distance2.sqrt() / sampling.spacing.at(p);
+            (share > FAR).then_some((share, v as u32))
+        })
+        .collect();
+    far.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let most = (MOST_FAR * sampling.kinds.len() as f64) as usize;
+    let mut chosen: Vec<Proposal> = Vec::new();
+    let mut places = Places::new(sampling.spacing.largest);
+    for (_, v) in far {
+        if chosen.len() >= most {
+            break;
+        }
+        let place = surface.points()[v as usize];
+        let spacing = sampling.spacing.at(place);
+        if !places.any_within(place, APART * spacing) {
+            places.insert(place);
+            let anchor = Anchor::Surface { triangle: surface.tree().closest(place).triangle };
+            chosen.push(Proposal { place, anchor, size: FINER * spacing, replaces: None });
+        }
+    }
+    chosen
+}
+
 /// Seeds that bring the volume of the tets `inside` closer to the solid's; none where it is close enough. What each interface
 /// shuts in has an account of its own.
-pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+fn volumes(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     let surface = sampling.surface;
     let mut losses: Vec<Loss> =
         (0..inside.len() as u32).into_par_iter().flat_map_iter(|t| losses_of(sampling, inside, t)).collect();

@@ -29,8 +29,10 @@ const POLISHED_ROUNDS: usize = 3;
 /// Rounds that also mend pits: seeds deep inside on the boundary, where two parts of the surface nearly touch.
 const PIT_ROUNDS: usize = 20;
 
-/// Rounds of insertion for the sake of the volume, and iterations after each.
+/// Rounds of insertion for the sake of the volume and of the distance, those for the distance alone once the seeds are nearly at
+/// rest, and iterations after each.
 const FIDELITY_ROUNDS: usize = 3;
+const LATE_FIDELITY_ROUNDS: usize = 2;
 const FIDELITY_SMOOTHING: usize = 2;
 
 /// Rounds that also split the edges of creases that the mesh lacks.
@@ -60,21 +62,42 @@ pub fn follow_surface(
     params: &Params,
     observer: &mut dyn Observer,
 ) -> Result<Stopped, Error> {
-    for round in 0..FIDELITY_ROUNDS {
+    follow(relaxation, surface, params, observer, FIDELITY_ROUNDS, fidelity::proposals)
+}
+
+/// The same for a few places alone, which the last motions left too far from the facets.
+pub fn follow_surface_late(
+    relaxation: &mut Relaxation,
+    surface: &Surface,
+    params: &Params,
+    observer: &mut dyn Observer,
+) -> Result<Stopped, Error> {
+    follow(relaxation, surface, params, observer, LATE_FIDELITY_ROUNDS, fidelity::far_spots)
+}
+
+fn follow(
+    relaxation: &mut Relaxation,
+    surface: &Surface,
+    params: &Params,
+    observer: &mut dyn Observer,
+    rounds: usize,
+    wanted: impl Fn(&Sampling, &[bool]) -> Vec<Proposal>,
+) -> Result<Stopped, Error> {
+    for round in 0..rounds {
         if relaxation.iterations() + 2 * (1 + FIDELITY_SMOOTHING) > params.iterations {
             break;
         }
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
         let labels = extract::label(&sampling, relaxation.clipped());
-        let mut donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
+        let mut donors = donors(relaxation, &sampling, &wanted(&sampling, &labels));
         // The surface of a thin solid, which has all the seeds already, gains nothing by robbing itself.
         donors.retain(|&(donor, _)| kinds[donor as usize] == SeedKind::Interior);
         if donors.is_empty() {
             break;
         }
         observer.note(&format!(
-            "round {}: {} seeds moved to where flat facets cut off most of the solid",
+            "round {}: {} seeds moved to where flat facets follow the surface least",
             round + 1,
             donors.len()
         ));
