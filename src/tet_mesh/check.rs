@@ -9,8 +9,9 @@ pub(super) fn check(mesh: &TetMesh) -> Result<(), String> {
     arrays(mesh)?;
     tets(mesh)?;
     vertices_used(mesh)?;
-    facets(mesh)?;
-    boundary_facets(mesh)?;
+    let all = facets_of(mesh);
+    facets(&all)?;
+    boundary_facets(mesh, &all)?;
     boundary_edges(mesh)?;
     boundary_vertices(mesh)
 }
@@ -66,25 +67,41 @@ fn vertices_used(mesh: &TetMesh) -> Result<(), String> {
     }
 }
 
+/// A facet of a tet: its vertices, ascending, the tet, and its number there.
+type FacetOf = ([u32; 3], u32, u8);
+
 /// No facet has more than two tets.
-fn facets(mesh: &TetMesh) -> Result<(), String> {
-    match facets_of(mesh).chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
+fn facets(all: &[FacetOf]) -> Result<(), String> {
+    match all.chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
         Some(same) => Err(format!("facet {:?} has {} tets", same[0].0, same.len())),
         None => Ok(()),
     }
 }
 
-/// The facets of all tets by their vertices, each with its tet and its number there.
-fn facets_of(mesh: &TetMesh) -> Vec<([u32; 3], u32, u8)> {
-    let mut facets: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(4 * mesh.tets.len());
-    for (t, tet) in mesh.tets.iter().enumerate() {
-        for (i, facet) in (0..).zip(FACETS) {
-            let mut key = facet.map(|k| tet[k]);
+/// The facets of all tets, sorted: by their first vertices by counting, and then the few of each.
+fn facets_of(mesh: &TetMesh) -> Vec<FacetOf> {
+    let of_tet = |(t, tet): (usize, &[u32; 4])| {
+        let [a, b, c, d] = *tet;
+        let key = move |facet: [usize; 3]| {
+            let mut key = facet.map(|k| [a, b, c, d][k]);
             key.sort_unstable();
-            facets.push((key, t as u32, i));
-        }
+            key
+        };
+        (0..).zip(FACETS).map(move |(i, facet)| (key(facet), t as u32, i))
+    };
+    let mut ends = vec![0; mesh.points.len() + 1];
+    mesh.tets.iter().enumerate().flat_map(of_tet).for_each(|f| ends[f.0[0] as usize + 1] += 1);
+    for v in 1..ends.len() {
+        ends[v] += ends[v - 1];
     }
-    facets.sort_unstable();
+    // From where the facets of each vertex begin to where they end, which is where the next one's begin.
+    let mut facets: Vec<FacetOf> = vec![([0; 3], 0, 0); 4 * mesh.tets.len()];
+    for facet in mesh.tets.iter().enumerate().flat_map(of_tet) {
+        let end = &mut ends[facet.0[0] as usize];
+        facets[*end] = facet;
+        *end += 1;
+    }
+    facets.chunk_by_mut(|a, b| a.0[0] == b.0[0]).for_each(|of_vertex| of_vertex.sort_unstable());
     facets
 }
 
@@ -99,16 +116,22 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
 
 /// The boundary is the facets that have one tet, as seen from outside, and those between two regions, as seen from one of
 /// them, each once and with its regions.
-fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
+fn boundary_facets(mesh: &TetMesh, all: &[FacetOf]) -> Result<(), String> {
     let region = |t: u32| mesh.regions[t as usize];
-    let seen = |&(_, t, i): &([u32; 3], u32, u8)| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
+    let seen = |&(_, t, i): &FacetOf| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
     let mut found: Vec<([u32; 3], u32, i64)> =
         mesh.boundary.iter().map(|f| (turned(f.vertices), f.region_inside, i64::from(f.region_outside))).collect();
     found.sort_unstable();
     let mut left = found.len();
-    for same in facets_of(mesh).chunk_by(|a, b| a.0 == b.0) {
+    for same in all.chunk_by(|a, b| a.0 == b.0) {
+        // Within a region: no triangle of the boundary, and if it is there as one, one too many is left.
+        if let [a, b] = same
+            && region(a.1) == region(b.1)
+        {
+            continue;
+        }
         let outside = |other: usize| same.get(other).map_or(-1, |f| i64::from(region(f.1)));
-        let is_found = |(k, facet): &(usize, &([u32; 3], u32, u8))| {
+        let is_found = |(k, facet): &(usize, &FacetOf)| {
             found.binary_search(&(seen(facet), region(facet.1), outside(1 - k))).is_ok()
         };
         let times = same.iter().enumerate().filter(is_found).count();
@@ -117,7 +140,6 @@ fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
         match *same {
             [_] if times == 1 => {}
             [_] => return Err(format!("facet {key:?} of tet {t} is no boundary triangle with its region")),
-            [_, other] if region(t) == region(other.1) => {}
             [..] if times == 1 => {}
             [_, other, ..] => {
                 let u = other.1;
