@@ -1,6 +1,7 @@
 //! The invariants of a mesh, verified from its arrays alone: nothing is shared with the code that made it.
 
 use super::TetMesh;
+use crate::bucket_sort::sorted_by_bucket;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::tetrahedron::FACETS;
 
@@ -78,31 +79,17 @@ fn facets(all: &[FacetOf]) -> Result<(), String> {
     }
 }
 
-/// The facets of all tets, sorted: by their first vertices by counting, and then the few of each.
+/// The facets of all tets, sorted.
 fn facets_of(mesh: &TetMesh) -> Vec<FacetOf> {
-    let of_tet = |(t, tet): (usize, &[u32; 4])| {
-        let [a, b, c, d] = *tet;
-        let key = move |facet: [usize; 3]| {
-            let mut key = facet.map(|k| [a, b, c, d][k]);
+    let mut facets: Vec<FacetOf> = Vec::with_capacity(4 * mesh.tets.len());
+    for (t, tet) in mesh.tets.iter().enumerate() {
+        for (i, facet) in (0..).zip(FACETS) {
+            let mut key = facet.map(|k| tet[k]);
             key.sort_unstable();
-            key
-        };
-        (0..).zip(FACETS).map(move |(i, facet)| (key(facet), t as u32, i))
-    };
-    let mut ends = vec![0; mesh.points.len() + 1];
-    mesh.tets.iter().enumerate().flat_map(of_tet).for_each(|f| ends[f.0[0] as usize + 1] += 1);
-    for v in 1..ends.len() {
-        ends[v] += ends[v - 1];
+            facets.push((key, t as u32, i));
+        }
     }
-    // From where the facets of each vertex begin to where they end, which is where the next one's begin.
-    let mut facets: Vec<FacetOf> = vec![([0; 3], 0, 0); 4 * mesh.tets.len()];
-    for facet in mesh.tets.iter().enumerate().flat_map(of_tet) {
-        let end = &mut ends[facet.0[0] as usize];
-        facets[*end] = facet;
-        *end += 1;
-    }
-    facets.chunk_by_mut(|a, b| a.0[0] == b.0[0]).for_each(|of_vertex| of_vertex.sort_unstable());
-    facets
+    sorted_by_bucket(&facets, mesh.points.len(), |f| f.0[0])
 }
 
 /// A triangle turned so that its least vertex is first; its orientation stays.
