@@ -40,10 +40,12 @@
 //!
 //! They stand in the order of the flow; each uses only those before it (`tests/architecture.rs` makes sure).
 
-// Tools: random numbers, disjoint sets, mathematics on points.
+// Tools: random numbers, disjoint sets, sorting, mathematics on points.
 mod rng;
 
 mod disjoint_sets;
+
+mod bucket_sort;
 
 pub mod geometry;
 

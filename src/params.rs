@@ -113,7 +113,7 @@ impl Default for Params {
             start: Start::Bcc,
             optimizer: Optimizer::Lbfgs,
             update: Update::Bicell,
-            iterations: 40,
+            iterations: 25,
             tolerance: 2e-5,
             improve: true,
             min_dihedral: 35.0,

@@ -48,7 +48,7 @@ impl Planes {
         seed: DVec3,
         neighbors: &[u32],
         points: &[DVec3],
-        triangles: &[[DVec3; 3]],
+        triangles: &[impl Corners],
     ) {
         self.seed = seed;
         self.neighbors.clear();
@@ -109,19 +109,31 @@ impl Planes {
     }
 }
 
-/// Compiled for each width of vectors; the operations, and so the answers, are the same in each.
-struct Test<'a> {
-    planes: &'a mut Planes,
-    triangles: &'a [[DVec3; 3]],
+/// What has three corners.
+pub(super) trait Corners {
+    fn corners(&self) -> [DVec3; 3];
 }
 
-impl pulp::WithSimd for Test<'_> {
+impl Corners for [DVec3; 3] {
+    #[inline(always)]
+    fn corners(&self) -> [DVec3; 3] {
+        *self
+    }
+}
+
+/// Compiled for each width of vectors; the operations, and so the answers, are the same in each.
+struct Test<'a, T> {
+    planes: &'a mut Planes,
+    triangles: &'a [T],
+}
+
+impl<T: Corners> pulp::WithSimd for Test<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Planes { seed, blocks, values, doubts, .. } = self.planes;
-        for corners in self.triangles {
+        for corners in self.triangles.iter().map(Corners::corners) {
             let from_seed = corners.map(|c| c - *seed);
             for eight in blocks.chunks(BITS / LANES) {
                 let mut found = [0u64; LANES];

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Density;
+use super::planes::Corners;
 use super::slices::Face;
 use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
@@ -10,12 +11,31 @@ use crate::surface::Surface;
 /// What does not change from one set of seeds to the next.
 pub(super) struct Sheet<'a> {
     pub(super) surface: &'a Surface,
-    /// Unit normals of the triangles.
-    normals: Vec<DVec3>,
+    /// All that is asked of each triangle, in one place.
+    panels: Vec<Panel>,
     /// The density of the surface.
     density: OnVertices,
     /// The density of the solid, on its surface.
     solid: OnVertices,
+}
+
+/// A triangle.
+#[derive(Clone, Copy)]
+pub(super) struct Panel {
+    pub(super) corners: [DVec3; 3],
+    /// Its unit normal.
+    normal: DVec3,
+    /// The density of the surface at the corners.
+    density: [f64; 3],
+    /// Vertices of the surface.
+    pub(super) ids: [u32; 3],
+}
+
+impl Corners for Panel {
+    #[inline(always)]
+    fn corners(&self) -> [DVec3; 3] {
+        self.corners
+    }
 }
 
 /// A function on the surface, linear on each triangle.
@@ -30,9 +50,14 @@ struct OnVertices {
 impl<'a> Sheet<'a> {
     /// For `surface`, with an even density.
     pub(super) fn new(surface: &'a Surface) -> Sheet<'a> {
-        let unit = |t: usize| surface.normal2(t as u32).normalize_or_zero();
-        let normals = (0..surface.triangles().len()).map(unit).collect();
-        Sheet { surface, normals, density: OnVertices::default(), solid: OnVertices::default() }
+        let panel = |(t, &ids): (usize, &[u32; 3])| Panel {
+            corners: surface.corners(t as u32),
+            normal: surface.normal2(t as u32).normalize_or_zero(),
+            density: [1.0; 3],
+            ids,
+        };
+        let panels = surface.triangles().iter().enumerate().map(panel).collect();
+        Sheet { surface, panels, density: OnVertices::default(), solid: OnVertices::default() }
     }
 
     /// From now on weighs the surface by `density`.
@@ -41,6 +66,9 @@ impl<'a> Sheet<'a> {
             Density::Uniform => OnVertices::default(),
             Density::Vertices(at) => OnVertices::new(self.surface, at),
         };
+        for panel in &mut self.panels {
+            panel.density = self.density.at_vertices(panel.ids);
+        }
     }
 
     /// From now on weighs the solid by a density that has these values at the surface's vertices.
@@ -48,17 +76,25 @@ impl<'a> Sheet<'a> {
         self.solid = OnVertices::new(self.surface, at);
     }
 
-    /// Triangle `t`, whose corners are `at`, relative to `origin`.
-    pub(super) fn face(&self, t: u32, at: [DVec3; 3], origin: DVec3) -> Face {
-        let (corners, ids) = (at.map(|p| p - origin), self.surface.triangles()[t as usize]);
-        let [density, solid] = [&self.density, &self.solid].map(|f| f.on(t, ids, corners[0]));
-        Face { corners, ids, normal: self.normals[t as usize], density, solid }
+    /// Triangle `t`.
+    #[inline]
+    pub(super) fn panel(&self, t: u32) -> &Panel {
+        &self.panels[t as usize]
+    }
+
+    /// Triangle `t` relative to `origin`.
+    #[inline]
+    pub(super) fn face(&self, t: u32, panel: &Panel, origin: DVec3) -> Face {
+        let corners = panel.corners.map(|p| p - origin);
+        let density = self.density.on(t, panel.density, corners[0]);
+        let solid = self.solid.on(t, self.solid.at_vertices(panel.ids), corners[0]);
+        Face { corners, ids: panel.ids, normal: panel.normal, density, solid }
     }
 
     /// The density of the solid at a point of triangle `t`.
     pub(super) fn solid_at(&self, t: u32, p: DVec3) -> f64 {
         let ids = self.surface.triangles()[t as usize];
-        self.solid.on(t, ids, self.surface.points()[ids[0] as usize]).at(p)
+        self.solid.on(t, self.solid.at_vertices(ids), self.surface.points()[ids[0] as usize]).at(p)
     }
 }
 
@@ -75,12 +111,19 @@ impl OnVertices {
         OnVertices { at, gradients }
     }
 
-    /// On triangle `t`, for points relative to what its first corner `from` is relative to.
-    fn on(&self, t: u32, ids: [u32; 3], from: DVec3) -> Linear {
-        if self.at.is_empty() {
-            return Linear::EVEN;
+    /// At some vertices.
+    #[inline]
+    fn at_vertices(&self, ids: [u32; 3]) -> [f64; 3] {
+        if self.at.is_empty() { [1.0; 3] } else { ids.map(|v| self.at[v as usize]) }
+    }
+
+    /// On triangle `t`, at whose corners it has such values, for points relative to what its first corner `from` is
+    /// relative to.
+    #[inline]
+    fn on(&self, t: u32, [a, b, c]: [f64; 3], from: DVec3) -> Linear {
+        if a == b && b == c {
+            return Linear { base: a, from: DVec3::ZERO, gradient: DVec3::ZERO, range: [a; 2] };
         }
-        let [a, b, c] = ids.map(|v| self.at[v as usize]);
         Linear { base: a, from, gradient: self.gradients[t as usize], range: [a.min(b).min(c), a.max(b).max(c)] }
     }
 }
@@ -95,9 +138,6 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// 1 everywhere.
-    const EVEN: Linear = Linear { base: 1.0, from: DVec3::ZERO, gradient: DVec3::ZERO, range: [1.0; 2] };
-
     /// Whether it has the same value everywhere.
     pub(super) fn constant(&self) -> Option<f64> {
         (self.range[0] == self.range[1]).then_some(self.base)

@@ -1,8 +1,8 @@
-//! Triangles that lie in a cell whole, and those that one bisector cuts: most pieces of the surface, summed in vectors.
+//! Triangles that one bisector cuts: most pieces of the surface, summed in vectors.
 //!
 //! ```text
 //!         C                      B, cut off            A piece is the polygon (A, B, Q, R), of which B is A where
-//!        / \                    / \                    one corner is left, and Q and R are C where the triangle is whole.
+//!        / \                    / \                    one corner is left.
 //!   R --/---\-- Q          Q --/---\-- bisector        The cut segment from Q to R closes the facet of the two seeds.
 //!      /     \                /     \
 //!     A-------B              A---R---C, cut off
@@ -18,16 +18,27 @@ use crate::geometry::predicates::Sign;
 /// Pieces that are summed at once.
 const LANES: usize = 8;
 
-/// Numbers that describe a piece; 0 in all of them describes nothing.
+/// Numbers that describe a piece.
 const NUMBERS: usize = 37;
 
 /// Numbers of a [`Cell`].
 const SUMS: usize = 10;
 
+/// Numbers of as many pieces.
+type Block = [[f64; LANES]; NUMBERS];
+
+/// No pieces: 0 in all numbers, but no division of 0 by 0.
+const NOTHING: Block = {
+    let mut block = [[0.0; LANES]; NUMBERS];
+    (block[31], block[33]) = ([1.0; LANES], [1.0; LANES]);
+    block
+};
+
 /// Pieces of one cell.
 #[derive(Default)]
 pub(super) struct Slices {
-    blocks: Vec<[[f64; LANES]; NUMBERS]>,
+    /// Those of the pieces first; what is behind them is left from other cells.
+    blocks: Vec<Block>,
     count: usize,
 }
 
@@ -45,12 +56,6 @@ pub(super) struct Face {
 }
 
 impl Slices {
-    /// Adds a whole triangle.
-    pub(super) fn add_whole(&mut self, face: &Face) {
-        let [a, b, c] = face.corners;
-        self.push(face, [a, b, c, c, c, c], DVec3::ZERO, [0.0, 1.0, 0.0, 1.0]);
-    }
-
     /// Adds what is left of a triangle that one bisector, whose seed lies at `to`, cuts; `signs` are its sides of the corners,
     /// of which one or two are positive.
     pub(super) fn add_cut(&mut self, face: &Face, bisector: &Bisector, signs: [Sign; 3], to: DVec3) {
@@ -71,15 +76,12 @@ impl Slices {
     /// Adds the piece (A, B, Q, R): Q between the third and the fourth of `corners`, where a linear function with the first
     /// two of `d` at these is 0, R in the same way between the last two.
     fn push(&mut self, face: &Face, corners: [DVec3; 6], to: DVec3, d: [f64; 4]) {
-        let lane = self.count % LANES;
-        if lane == 0 {
-            let mut block = [[0.0; LANES]; NUMBERS];
-            // No division of 0 by 0 where there is no piece.
-            (block[31], block[33]) = ([1.0; LANES], [1.0; LANES]);
-            self.blocks.push(block);
+        let (at, lane) = (self.count / LANES, self.count % LANES);
+        if at == self.blocks.len() {
+            self.blocks.push(NOTHING);
         }
         self.count += 1;
-        let block = self.blocks.last_mut().expect("there is a block: this is a bug in tetcvt");
+        let block = &mut self.blocks[at];
         let Linear { base, from, gradient, range } = face.density;
         let vectors = corners.into_iter().chain([to, face.normal, from, gradient]);
         for (n, v) in vectors.enumerate() {
@@ -95,7 +97,12 @@ impl Slices {
         if self.count == 0 {
             return;
         }
-        let sums = arch.dispatch(AddAll { blocks: &self.blocks });
+        let (used, rest) = (self.count.div_ceil(LANES), self.count % LANES);
+        if rest > 0 {
+            let last = self.blocks[used - 1].iter_mut().zip(&NOTHING);
+            last.for_each(|(numbers, nothing)| numbers[rest..].fill(nothing[0]));
+        }
+        let sums = arch.dispatch(AddAll { blocks: &self.blocks[..used] });
         let [volume, mx, my, mz, energy, area, ax, ay, az, mass] = sums.map(|lanes| lanes.iter().sum::<f64>());
         cell.volume += volume;
         cell.moment += DVec3::new(mx, my, mz);
@@ -103,14 +110,13 @@ impl Slices {
         cell.area += area;
         cell.area_moment += DVec3::new(ax, ay, az);
         cell.area_mass += mass;
-        self.blocks.clear();
         self.count = 0;
     }
 }
 
 /// Compiled for each width of vectors; the operations, and so the sums, are the same in each.
 struct AddAll<'a> {
-    blocks: &'a [[[f64; LANES]; NUMBERS]],
+    blocks: &'a [Block],
 }
 
 impl pulp::WithSimd for AddAll<'_> {

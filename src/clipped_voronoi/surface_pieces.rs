@@ -17,7 +17,7 @@ use super::cell::Cell;
 use super::owners::Owners;
 use super::planes::Planes;
 use super::polygon::{Clipped, Line, Polygon};
-use super::sheet::Sheet;
+use super::sheet::{Panel, Sheet};
 use super::slices::{Face, Slices};
 use super::weighted::Weights;
 use super::{Crossing, SEEDS};
@@ -49,9 +49,9 @@ struct Cutter<'a> {
     polygon: Polygon,
     slices: Slices,
     corners: Vec<DVec3>,
-    /// Triangles to be cut for one seed, and their corners.
+    /// Triangles to be cut for one seed.
     triangles: Vec<u32>,
-    at: Vec<[DVec3; 3]>,
+    panels: Vec<Panel>,
     crossings: Vec<Crossing>,
     /// Seeds that own a piece of a triangle but none of its corners.
     beyond: Vec<Pair>,
@@ -84,7 +84,8 @@ pub(super) fn add_pieces(cells: &mut [Cell], scene: Scene, cornerless: &mut Vec<
     }
     // 2. Others.
     let mut pieces = add_cornerless(scene, todo, &mut crossings);
-    pieces.sort_unstable_by_key(|p| p.0);
+    // Guesses, nearly all of them, are in order already.
+    pieces.sort_by_key(|p| p.0);
     for ((i, _), piece) in &pieces {
         cells[*i as usize].add(piece);
     }
@@ -99,7 +100,7 @@ fn add_cornerless(scene: Scene, mut todo: Vec<Pair>, crossings: &mut Vec<Crossin
     let mut pieces = Vec::new();
     let mut known: Vec<Pair> = Vec::new();
     loop {
-        todo.sort_unstable();
+        todo.sort_unstable_by_key(|&(i, t)| u64::from(i) << 32 | u64::from(t));
         todo.dedup();
         todo.retain(|pair| known.binary_search(pair).is_err());
         if todo.is_empty() {
@@ -148,7 +149,7 @@ impl<'a> Cutter<'a> {
             slices: Slices::default(),
             corners: Vec::new(),
             triangles: Vec::new(),
-            at: Vec::new(),
+            panels: Vec::new(),
             crossings: Vec::new(),
             beyond: Vec::new(),
         }
@@ -175,17 +176,17 @@ impl<'a> Cutter<'a> {
         let Scene { points, sheet, owners, .. } = self.scene;
         let seed = points[i as usize];
         self.triangles.clear();
-        self.at.clear();
+        self.panels.clear();
         for (t, whole) in owners.triangles_of(i as usize) {
             if sheet.surface.is_interface(t) != interface {
                 continue;
             }
-            let at = sheet.surface.corners(t);
+            let panel = sheet.panel(t);
             if whole {
-                self.add_whole(i, &sheet.face(t, at, seed), cell);
+                self.add_whole(i, &sheet.face(t, panel, seed), cell);
             } else {
                 self.triangles.push(t);
-                self.at.push(at);
+                self.panels.push(*panel);
             }
         }
         let from = self.crossings.len();
@@ -203,8 +204,8 @@ impl<'a> Cutter<'a> {
         let sheet = self.scene.sheet;
         self.triangles.clear();
         self.triangles.extend(pairs.iter().map(|p| p.1));
-        self.at.clear();
-        self.at.extend(pairs.iter().map(|p| sheet.surface.corners(p.1)));
+        self.panels.clear();
+        self.panels.extend(pairs.iter().map(|p| *sheet.panel(p.1)));
         self.test(i);
         for (n, &pair) in pairs.iter().enumerate() {
             let mut piece = Cell::default();
@@ -220,14 +221,14 @@ impl<'a> Cutter<'a> {
     fn test(&mut self, i: u32) {
         if !self.triangles.is_empty() {
             let Scene { points, adjacency, arch, .. } = self.scene;
-            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, &self.at);
+            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, &self.panels);
         }
     }
 
     /// Adds a triangle that seed `i` owns whole.
-    fn add_whole(&mut self, i: u32, face: &Face, cell: &mut Cell) {
+    fn add_whole(&self, i: u32, face: &Face, cell: &mut Cell) {
         match &self.scene.weights {
-            None => self.slices.add_whole(face),
+            None => cell.add_polygon(&face.corners, face.normal, face.density),
             Some(weights) => cell.add_weighted_polygon(&face.corners, face, weights.at_seed(i)),
         }
     }
@@ -237,9 +238,10 @@ impl<'a> Cutter<'a> {
     fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
         let Scene { points, sheet, .. } = self.scene;
         let t = self.triangles[n];
-        let view = View { corners: self.at[n], seed: points[i as usize] };
-        let face = sheet.face(t, view.corners, view.seed);
-        let owners = self.scene.corner_owners(t);
+        let panel = &self.panels[n];
+        let view = View { corners: panel.corners, seed: points[i as usize] };
+        let face = sheet.face(t, panel, view.seed);
+        let owners = panel.ids.map(|v| self.scene.owners.of()[v as usize]);
         match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
             Clipped::Nothing => return false,
             Clipped::Whole => {

@@ -7,8 +7,11 @@ use super::{Delaunay, facet::INFINITE};
 /// Tets in a block of a pass over all of them.
 const BLOCK: usize = 8192;
 
+/// Vertices in a block.
+const ROWS: usize = 1024;
+
 /// If more than one in so many vertices has lost or gained tets, all is built anew.
-const DIRTY: usize = 4;
+const DIRTY: usize = 2;
 
 /// For each vertex, its finite Delaunay neighbours, ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -107,39 +110,22 @@ impl Dirty {
 impl Adjacency {
     /// A copy with the rows of `dirty` vertices made anew from all tets.
     fn with_rows(&self, dirty: &Dirty, tets: &[[u32; 4]]) -> Adjacency {
-        // 1. The tets at each dirty vertex.
-        let at_dirty: Vec<Vec<(u32, u32)>> = tets
+        // 1. The tets with a dirty vertex.
+        let touched: Vec<Vec<[u32; 4]>> = tets
             .par_chunks(BLOCK)
-            .enumerate()
-            .map(|(block, tets)| {
-                let mut found = Vec::new();
-                for (t, tet) in (block * BLOCK..).zip(tets) {
-                    let ranks = dirty.ranks(tet);
-                    if ranks != [CLEAN; 4] {
-                        found.extend(ranks.into_iter().filter(|&r| r != CLEAN).map(|r| (r, t as u32)));
-                    }
-                }
-                found
-            })
+            .map(|tets| tets.iter().filter(|tet| dirty.ranks(tet) != [CLEAN; 4]).copied().collect())
             .collect();
-        let mut rows = vec![Vec::new(); dirty.list.len()];
-        for &(rank, t) in at_dirty.iter().flatten() {
-            rows[rank as usize].extend(tets[t as usize].into_iter().filter(|&w| w != INFINITE));
-        }
-        // 2. Their neighbours, once each.
-        rows.par_iter_mut().zip(&dirty.list).for_each(|(row, &v)| {
-            row.sort_unstable();
-            row.dedup();
-            row.retain(|&w| w != v);
-        });
+        let touched = touched.concat();
+        // 2. The neighbours of dirty vertices.
+        let new = rows(&touched, dirty.rank.len(), dirty.list.len(), |v| dirty.rank[v as usize]);
         // 3. All rows, one after another.
         let mut all = Adjacency {
             offsets: Vec::with_capacity(self.offsets.len()),
-            neighbors: Vec::with_capacity(self.neighbors.len() + 64),
+            neighbors: Vec::with_capacity(self.neighbors.len() + new.neighbors.len()),
         };
         all.offsets.push(0);
         for (v, &rank) in dirty.rank.iter().enumerate() {
-            let row = if rank == CLEAN { self.of(v) } else { &rows[rank as usize] };
+            let row = if rank == CLEAN { self.of(v) } else { new.of(rank as usize) };
             all.neighbors.extend_from_slice(row);
             all.offsets.push(all.neighbors.len() as u32);
         }
@@ -151,49 +137,62 @@ impl Delaunay {
     /// The edges of the triangulation between finite vertices, by vertex. Linear in the number of tets.
     pub fn adjacency(&self) -> Adjacency {
         let count = self.points.len();
-        // 1. The tets at each vertex, by counting.
-        let finite = |v: &u32| *v != INFINITE;
-        let mut starts = vec![0u32; count + 1];
-        for &v in self.vertices.iter().flatten().filter(|v| finite(v)) {
-            starts[v as usize + 1] += 1;
-        }
-        prefix_sums(&mut starts);
-        let mut fill = starts.clone();
-        let mut tets_at = vec![0u32; starts[count] as usize];
-        for (t, tet) in self.vertices.iter().enumerate() {
-            for &v in tet.iter().filter(|v| finite(v)) {
-                tets_at[fill[v as usize] as usize] = t as u32;
-                fill[v as usize] += 1;
-            }
-        }
-        // 2. The neighbours of each, once each, in the order met.
-        let mut seen = vec![u32::MAX; count];
-        let mut offsets = Vec::with_capacity(count + 1);
-        let mut met = Vec::with_capacity(16 * count);
-        offsets.push(0);
-        for v in 0..count {
-            seen[v] = v as u32;
-            for &t in &tets_at[starts[v] as usize..starts[v + 1] as usize] {
-                for &w in self.vertices[t as usize].iter().filter(|w| finite(w)) {
-                    if seen[w as usize] != v as u32 {
-                        seen[w as usize] = v as u32;
-                        met.push(w);
-                    }
-                }
-            }
-            offsets.push(met.len() as u32);
-        }
-        // 3. Read by ascending vertex and handed to its neighbours, each list comes out ascending.
-        let mut fill = offsets.clone();
-        let mut neighbors = vec![0; met.len()];
-        for v in 0..count {
-            for &w in &met[offsets[v] as usize..offsets[v + 1] as usize] {
-                neighbors[fill[w as usize] as usize] = v as u32;
-                fill[w as usize] += 1;
-            }
-        }
-        Adjacency { offsets, neighbors }
+        rows(&self.vertices, count, count, |v| v)
     }
+}
+
+/// The finite neighbours of some of `count` vertices, as many as `wanted`, by their ranks: below that, or [`CLEAN`] where a
+/// vertex is not wanted. `tets` are all that have them as vertices.
+fn rows(tets: &[[u32; 4]], count: usize, wanted: usize, rank: impl Fn(u32) -> u32 + Sync) -> Adjacency {
+    let rank = |v: u32| if v == INFINITE { CLEAN } else { rank(v) };
+    // 1. The tets at each vertex, by counting; its own rank tells it from the others.
+    let mut starts = vec![0u32; wanted + 1];
+    for r in tets.iter().flatten().map(|&v| rank(v)).filter(|&r| r != CLEAN) {
+        starts[r as usize + 1] += 1;
+    }
+    prefix_sums(&mut starts);
+    let mut fill = starts.clone();
+    let mut tets_at = vec![0u32; starts[wanted] as usize];
+    for (t, tet) in tets.iter().enumerate() {
+        for r in tet.map(rank).into_iter().filter(|&r| r != CLEAN) {
+            tets_at[fill[r as usize] as usize] = t as u32;
+            fill[r as usize] += 1;
+        }
+    }
+    // 2. The neighbours of each, once each.
+    let of_block = |seen: &mut Vec<u32>, block: usize| {
+        let (mut ends, mut met, mut row) = (Vec::with_capacity(ROWS), Vec::with_capacity(20 * ROWS), Vec::new());
+        for r in (block * ROWS..((block + 1) * ROWS).min(wanted)).map(|r| r as u32) {
+            let around = &tets_at[starts[r as usize] as usize..starts[r as usize + 1] as usize];
+            row.clear();
+            row.resize(4 * around.len() + 1, 0);
+            let mut found = 0;
+            for &w in around.iter().flat_map(|&t| &tets[t as usize]) {
+                // Whether a vertex is new is hard to predict: write it in any case.
+                let place = (w as usize).min(count);
+                row[found] = w;
+                found += usize::from(seen[place] != r);
+                seen[place] = r;
+            }
+            row.truncate(found);
+            row.sort_unstable();
+            met.extend(row.iter().copied().filter(|&w| w != INFINITE && rank(w) != r));
+            ends.push(met.len() as u32);
+        }
+        (ends, met)
+    };
+    let blocks: Vec<(Vec<u32>, Vec<u32>)> =
+        (0..wanted.div_ceil(ROWS)).into_par_iter().map_init(|| vec![CLEAN; count + 1], of_block).collect();
+    // 3. One after another.
+    let mut all = Adjacency { offsets: Vec::with_capacity(wanted + 1), neighbors: Vec::new() };
+    all.offsets.push(0);
+    all.neighbors.reserve_exact(blocks.iter().map(|b| b.1.len()).sum());
+    for (ends, met) in blocks {
+        let before = all.neighbors.len() as u32;
+        all.offsets.extend(ends.into_iter().map(|end| before + end));
+        all.neighbors.extend_from_slice(&met);
+    }
+    all
 }
 
 /// Turns counts, each one place late, into starts.

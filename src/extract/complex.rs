@@ -53,6 +53,7 @@ impl Fans {
 }
 
 /// Buffers of [`Complex::fans`], reused between calls.
+#[derive(Default)]
 pub struct FanBuffers {
     // Position of a tet in the star at hand; read only after it has been written for that star.
     slot: Vec<u32>,

@@ -29,6 +29,9 @@ const NOISE: f64 = 0.05;
 /// Tets that a search for the nearest tet inside may visit.
 const SEARCH: usize = 64;
 
+/// Vertices that one thread looks at in a row, at least.
+const BLOCK: usize = 2048;
+
 /// Labels, and what is wrong with them.
 pub struct Repair<'a> {
     complex: &'a Complex<'a>,
@@ -69,9 +72,11 @@ impl<'a> Repair<'a> {
             buffers,
             touched: Vec::new(),
         };
-        for v in 0..complex.seeds as u32 {
-            repair.renew(v);
-        }
+        let buffers = || complex.fan_buffers();
+        let penalty = |buffers: &mut FanBuffers, v: u32| repair.penalty_with(v, buffers);
+        let seeds = 0..complex.seeds as u32;
+        let penalties: Vec<u32> = seeds.into_par_iter().with_min_len(BLOCK).map_init(buffers, penalty).collect();
+        (0..).zip(penalties).for_each(|(v, penalty)| repair.set_penalty(v, penalty));
         repair
     }
 
@@ -107,6 +112,10 @@ impl<'a> Repair<'a> {
     /// Looks at vertex `v` again.
     fn renew(&mut self, v: u32) {
         let new = self.penalty_of(v);
+        self.set_penalty(v, new);
+    }
+
+    fn set_penalty(&mut self, v: u32, new: u32) {
         let old = std::mem::replace(&mut self.penalty[v as usize], new);
         let (soft_old, soft_new) = (old % PIECE == MISPLACED, new % PIECE == MISPLACED);
         self.soft = self.soft + u64::from(soft_new) - u64::from(soft_old);
@@ -124,7 +133,14 @@ impl<'a> Repair<'a> {
     }
 
     fn penalty_of(&mut self, v: u32) -> u32 {
-        let fans = self.complex.fans(&self.inside, v, &mut self.buffers);
+        let mut buffers = std::mem::take(&mut self.buffers);
+        let penalty = self.penalty_with(v, &mut buffers);
+        self.buffers = buffers;
+        penalty
+    }
+
+    fn penalty_with(&self, v: u32, buffers: &mut FanBuffers) -> u32 {
+        let fans = self.complex.fans(&self.inside, v, buffers);
         let pieces = fans.inside.saturating_sub(1) + fans.outside.saturating_sub(1);
         let misplaced = self.conforming && fans.on_boundary() == (self.kinds[v as usize] == SeedKind::Interior);
         match self.complex.is_unused(v, fans) {

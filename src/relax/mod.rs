@@ -192,8 +192,8 @@ impl<'a> Relaxation<'a> {
         let mut lloyd = self.state.slope.relaxed(&self.state.slope.gradient);
         lloyd.par_iter_mut().for_each(|v| *v = -*v);
         let (mut motion, kind) = self.method.motion(&self.state.slope, &lloyd);
-        let (positions, anchors) = (&self.seeds.positions, &self.seeds.anchors);
-        motion.par_iter_mut().enumerate().for_each(|(i, m)| *m = self.tangents.motion(positions[i], anchors[i], *m));
+        let (anchors, normals) = (&self.seeds.anchors, &self.state.slope.normals);
+        motion.par_iter_mut().enumerate().for_each(|(i, m)| *m = tangents::motion(anchors[i], normals[i], *m));
 
         let mut step = Step { kind, energy: self.volume_energy(), ..Step::default() };
         let mut before = self.go(self.targets(&motion, &lloyd), &mut step)?;
@@ -219,7 +219,8 @@ impl<'a> Relaxation<'a> {
     fn made(&self, before: &Before) -> Vec<Option<DVec3>> {
         let from = |i| (before.positions[i], before.anchors[i]);
         let to = |i| (self.seeds.positions[i], self.seeds.anchors[i]);
-        (0..before.positions.len()).into_par_iter().map(|i| self.tangents.between(from(i), to(i))).collect()
+        let normals = &self.state.slope.normals;
+        (0..before.positions.len()).into_par_iter().map(|i| self.tangents.between(from(i), to(i), normals[i])).collect()
     }
 
     /// Whether the energy fell by enough (Armijo's condition). Where a seed came to belong elsewhere, another energy is

@@ -48,6 +48,8 @@ pub(super) struct Slope {
     pub(super) gradient: Vec<DVec3>,
     /// D: twice the mass that each seed minimises the second moment of.
     pub(super) stiffness: Vec<f64>,
+    /// The normals at the seeds, see [`Tangents::normal_of`].
+    pub(super) normals: Vec<DVec3>,
 }
 
 impl Slope {
@@ -99,14 +101,16 @@ impl Objective {
         chains: &[Chain],
     ) -> Slope {
         let cells = &clipped.cells;
-        let (mut gradient, mut stiffness): (Vec<DVec3>, Vec<f64>) = (0..cells.len())
+        let ((mut gradient, mut stiffness), normals): ((Vec<DVec3>, Vec<f64>), Vec<DVec3>) = (0..cells.len())
             .into_par_iter()
             .map(|i| {
                 let Cell { mass, moment, area_moment, area_mass, .. } = cells[i];
                 let weight = if seeds.anchors[i] == Anchor::Interior { 0.0 } else { self.surface_weight };
                 let force = -2.0 * (moment + weight * area_moment);
                 let mass = mass + weight * area_mass;
-                (tangents.force(seeds.positions[i], seeds.anchors[i], force), 2.0 * mass)
+                let anchor = seeds.anchors[i];
+                let normal = tangents.normal_of(seeds.positions[i], anchor);
+                ((tangents.force(anchor, normal, force), 2.0 * mass), normal)
             })
             .unzip();
         let mut energy = vectors::sum(cells.len(), |i| cells[i].energy);
@@ -130,7 +134,7 @@ impl Objective {
                 stiffness[i] += self.crease_weight * (gap.before + gap.after);
             }
         }
-        Slope { energy, gradient, stiffness }
+        Slope { energy, gradient, stiffness, normals }
     }
 }
 
@@ -188,7 +192,7 @@ mod tests {
     use crate::clipped_voronoi::{Clipper, Density};
     use crate::delaunay::Delaunay;
     use crate::params::{Params, Target};
-    use crate::relax::creases;
+    use crate::relax::{creases, tangents};
     use crate::seeds;
     use crate::sizing::{SizeField, Sizes};
     use crate::surface::features::Features;
@@ -248,7 +252,7 @@ mod tests {
             }
             let moved = |way: f64| {
                 let mut moved = seeds.clone();
-                let direction = tangents.motion(seeds.positions[i], seeds.anchors[i], DVec3::new(1.0, 0.7, -0.4));
+                let direction = tangents::motion(seeds.anchors[i], here.normals[i], DVec3::new(1.0, 0.7, -0.4));
                 if let Anchor::Curve { curve, at } = seeds.anchors[i] {
                     let at = at + way * direction.x;
                     moved.positions[i] = features.curves[curve as usize].point_at(at, surface.points());

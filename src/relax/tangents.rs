@@ -49,13 +49,21 @@ impl<'a> Tangents<'a> {
         (na * share(b, c) + nb * share(c, a) + nc * share(a, b)).normalize_or(normal.normalize_or_zero())
     }
 
-    /// A force on a seed, in the coordinates of its kind.
-    pub(super) fn force(&self, at: DVec3, anchor: Anchor, force: DVec3) -> DVec3 {
+    /// The normal at a seed on the surface; 0 for any other.
+    pub(super) fn normal_of(&self, at: DVec3, anchor: Anchor) -> DVec3 {
+        match anchor {
+            Anchor::Surface { triangle } => self.normal(at, triangle),
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// A force on a seed with this [normal](Tangents::normal_of), in the coordinates of its kind.
+    pub(super) fn force(&self, anchor: Anchor, normal: DVec3, force: DVec3) -> DVec3 {
         match anchor {
             Anchor::Curve { curve, at } => {
                 DVec3::X * self.features.curves[curve as usize].tangent_at(at, self.surface.points()).dot(force)
             }
-            other => self.motion(at, other, force),
+            other => motion(other, normal, force),
         }
     }
 
@@ -64,24 +72,11 @@ impl<'a> Tangents<'a> {
         self.features.curves[curve as usize].point_at(at, self.surface.points())
     }
 
-    /// The part of an entry of a motion that the seed can follow.
-    pub(super) fn motion(&self, at: DVec3, anchor: Anchor, motion: DVec3) -> DVec3 {
-        match anchor {
-            Anchor::Interior => motion,
-            Anchor::Surface { triangle } => {
-                let normal = self.normal(at, triangle);
-                motion - normal * normal.dot(motion)
-            }
-            Anchor::Curve { .. } => DVec3::X * motion.x,
-            Anchor::Corner { .. } | Anchor::Knot { .. } => DVec3::ZERO,
-        }
-    }
-
-    /// The motion that led from one place to another; none between places of different kinds.
-    pub(super) fn between(&self, from: (DVec3, Anchor), to: (DVec3, Anchor)) -> Option<DVec3> {
+    /// The motion that led from one place to another, with this normal there; none between places of different kinds.
+    pub(super) fn between(&self, from: (DVec3, Anchor), to: (DVec3, Anchor), normal: DVec3) -> Option<DVec3> {
         match (from.1, to.1) {
             (Anchor::Interior, Anchor::Interior) | (Anchor::Surface { .. }, Anchor::Surface { .. }) => {
-                Some(self.motion(to.0, to.1, to.0 - from.0))
+                Some(motion(to.1, normal, to.0 - from.0))
             }
             (Anchor::Curve { curve: a, at: before }, Anchor::Curve { curve: b, at: after }) if a == b => {
                 let curve = &self.features.curves[a as usize];
@@ -94,5 +89,15 @@ impl<'a> Tangents<'a> {
             }
             _ => None,
         }
+    }
+}
+
+/// The part of an entry of a motion that a seed with this [normal](Tangents::normal_of) can follow.
+pub(super) fn motion(anchor: Anchor, normal: DVec3, motion: DVec3) -> DVec3 {
+    match anchor {
+        Anchor::Interior => motion,
+        Anchor::Surface { .. } => motion - normal * normal.dot(motion),
+        Anchor::Curve { .. } => DVec3::X * motion.x,
+        Anchor::Corner { .. } | Anchor::Knot { .. } => DVec3::ZERO,
     }
 }

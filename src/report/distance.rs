@@ -11,13 +11,15 @@
 //! cost does not depend on the mesh. The Hausdorff distance is a lower bound, as in every sampling method. Numbers
 //! behind samples follow from their index alone, so the result is the same on any number of threads.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::geometry::triangle;
 use crate::rng::Rng;
 use crate::surface::Surface;
-use crate::surface::box_tree::BoxTree;
+use crate::surface::box_tree::{BoxTree, Closest};
 use crate::tet_mesh::TetMesh;
 
 /// Samples on each side, beside the vertices.
@@ -41,8 +43,10 @@ impl Distance {
         let (vertices, triangles) = mesh.boundary_mesh();
         let points: Vec<DVec3> = vertices.iter().map(|&v| surface.frame().to_frame(mesh.points[v as usize])).collect();
         let tree = BoxTree::build(&points, &triangles);
-        let there = OneSided::measure(&points, &triangles, surface.tree());
-        let back = OneSided::measure(surface.points(), surface.triangles(), &tree);
+        let there = Target { tree: surface.tree(), points: surface.points(), triangles: surface.triangles() };
+        let there = OneSided::measure(&points, &triangles, &there);
+        let back = Target { tree: &tree, points: &points, triangles: &triangles };
+        let back = OneSided::measure(surface.points(), surface.triangles(), &back);
         Distance { hausdorff: there.max2.max(back.max2).sqrt(), rms: ((there.mean2 + back.mean2) / 2.0).sqrt() }
     }
 }
@@ -55,11 +59,42 @@ struct OneSided {
 }
 
 impl OneSided {
-    fn measure(points: &[DVec3], triangles: &[[u32; 3]], to: &BoxTree) -> OneSided {
+    fn measure(points: &[DVec3], triangles: &[[u32; 3]], to: &Target) -> OneSided {
         let strata = Strata::new(points, triangles);
-        let samples = strata.distances(SAMPLES, |k| to.closest(strata.sample(k, SAMPLES)).distance2);
-        let vertices = strata.distances(points.len(), |i| to.closest(points[i]).distance2);
+        let samples = OneSided::over(SAMPLES, to, |chunk| strata.samples(chunk, SAMPLES));
+        let vertices = OneSided::over(points.len(), to, |chunk| points[chunk].iter().copied());
         OneSided { max2: samples.max2.max(vertices.max2), mean2: samples.mean2 }
+    }
+
+    /// The distances of `count` points, a chunk of which `of` gives at a time.
+    fn over<I: Iterator<Item = DVec3>>(count: usize, to: &Target, of: impl Fn(Range<usize>) -> I + Sync) -> OneSided {
+        let chunk = |i: usize| {
+            // What was closest to the last point is close to this one.
+            let mut last = None;
+            of(i * CHUNK..((i + 1) * CHUNK).min(count)).fold((0.0f64, 0.0), |(max, sum), p| {
+                let closest = to.closest(p, last);
+                last = Some(closest.triangle);
+                (max.max(closest.distance2), sum + closest.distance2)
+            })
+        };
+        let chunks: Vec<(f64, f64)> = (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+        let (max2, sum) = chunks.into_iter().fold((0.0f64, 0.0), |(max, sum), (m, s)| (max.max(m), sum + s));
+        OneSided { max2, mean2: sum / count.max(1) as f64 }
+    }
+}
+
+/// The surface that distances are to.
+struct Target<'a> {
+    tree: &'a BoxTree,
+    points: &'a [DVec3],
+    triangles: &'a [[u32; 3]],
+}
+
+impl Target<'_> {
+    /// The closest point; `guess` is a triangle that may be near it.
+    fn closest(&self, p: DVec3, guess: Option<u32>) -> Closest {
+        let corners = |t: u32| self.triangles[t as usize].map(|v| self.points[v as usize]);
+        guess.map_or_else(|| self.tree.closest(p), |t| self.tree.closest_near(p, t, corners(t)))
     }
 }
 
@@ -85,27 +120,21 @@ impl<'a> Strata<'a> {
         Strata { points, triangles, area }
     }
 
-    /// A point in part `k` of `n`.
-    fn sample(&self, k: usize, n: usize) -> DVec3 {
-        let mut rng = Rng::new(0, k as u64);
+    /// A point in each of some of `n` parts.
+    fn samples(&self, parts: Range<usize>, n: usize) -> impl Iterator<Item = DVec3> {
         let total = self.area.last().copied().unwrap_or(0.0);
-        let at = (k as f64 + rng.unit()) / n as f64 * total;
-        let t = self.area.partition_point(|&area| area < at).min(self.triangles.len() - 1);
-        let [a, b, c] = self.triangles[t].map(|v| self.points[v as usize]);
-        let [_, u, v] = rng.barycentric();
-        a + (b - a) * u + (c - a) * v
-    }
-
-    /// Largest and mean value of `distance2` over 0 .. n.
-    fn distances(&self, n: usize, distance2: impl Fn(usize) -> f64 + Sync) -> OneSided {
-        let chunk = |i: usize| {
-            (i * CHUNK..((i + 1) * CHUNK).min(n))
-                .map(&distance2)
-                .fold((0.0f64, 0.0), |(max, sum), d| (max.max(d), sum + d))
-        };
-        let chunks: Vec<(f64, f64)> = (0..n.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-        let (max2, sum) = chunks.into_iter().fold((0.0f64, 0.0), |(max, sum), (m, s)| (max.max(m), sum + s));
-        OneSided { max2, mean2: sum / n.max(1) as f64 }
+        let start = parts.start as f64 / n as f64 * total;
+        let mut t = self.area.partition_point(|&area| area < start);
+        parts.map(move |k| {
+            let mut rng = Rng::new(0, k as u64);
+            let at = (k as f64 + rng.unit()) / n as f64 * total;
+            while t + 1 < self.area.len() && self.area[t] < at {
+                t += 1;
+            }
+            let [a, b, c] = self.triangles[t.min(self.area.len() - 1)].map(|v| self.points[v as usize]);
+            let [_, u, v] = rng.barycentric();
+            a + (b - a) * u + (c - a) * v
+        })
     }
 }
 
@@ -120,7 +149,7 @@ mod tests {
         let triangles = [[0, 1, 2], [3, 4, 5]];
         let strata = Strata::new(&points, &triangles);
         let n = 4000;
-        let samples: Vec<DVec3> = (0..n).map(|k| strata.sample(k, n)).collect();
+        let samples: Vec<DVec3> = strata.samples(0..n, n).collect();
         assert_eq!(samples.iter().filter(|p| p.z == 0.0).count(), n / 4);
         assert!(
             samples
@@ -133,10 +162,14 @@ mod tests {
 
     #[test]
     fn sums_do_not_depend_on_threads() {
-        let strata = Strata::new(&[], &[]);
+        let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let triangles = [[0, 1, 2]];
+        let tree = BoxTree::build(&points, &triangles);
+        let to = Target { tree: &tree, points: &points, triangles: &triangles };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let d = pool.install(|| strata.distances(10_000, |k| Rng::new(0, k as u64).unit()));
+            let random = |chunk: Range<usize>| chunk.map(|k| Rng::new(0, k as u64).in_cube());
+            let d = pool.install(|| OneSided::over(10_000, &to, random));
             (d.max2.to_bits(), d.mean2.to_bits())
         };
         assert_eq!(run(1), run(3));

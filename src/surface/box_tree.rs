@@ -4,8 +4,8 @@
 //! Locally-Ordered Clustering for Bounding Volume Hierarchy Construction", IEEE TVCG 24(3), 2018,
 //! doi 10.1109/TVCG.2017.2669983) in single precision. Departures: boxes are recentred and scaled to [-1, 1] in f64
 //! before they are rounded and padded by 2^-20, more than 8 times the rounding of a box and a query together, so that
-//! a box never loses what it holds at any offset or scale; leaves decide in f64 on the coordinates as given, inside
-//! tests exactly. The traversals are our own. Queries allocate nothing.
+//! a box never loses what it holds at any offset or scale; triangles decide in f64 on the coordinates as given, inside
+//! tests exactly. The traversals are our own, over nodes of four (`box_tree/nodes.rs`). Queries allocate nothing.
 
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -16,8 +16,19 @@ use super::ray;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::triangle;
 
+mod nodes;
+
+use nodes::{Child, Entry, Node, Reach};
+
 /// More than the rounding of a box and of a query to single precision, in the tree's own units.
 const PAD: f32 = 1.0 / (1 << 20) as f32;
+
+/// How the binary tree is built: with one triangle in each leaf.
+const BUILD: BvhBuildParams = BvhBuildParams {
+    max_prims_per_leaf: 1,
+    post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
+    ..BvhBuildParams::fast_build()
+};
 
 /// The point of the surface closest to a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +43,9 @@ pub struct Closest {
 
 /// A box tree over the triangles of a closed surface.
 pub struct BoxTree {
-    /// The root is the first; the two children of a node follow each other.
+    /// The root is the first.
     nodes: Vec<Node>,
-    /// Corners of the triangles, in the order of the leaves.
+    /// Corners of the triangles, in the order of the nodes.
     corners: Vec<[DVec3; 3]>,
     /// For each of them, its index in the list that the tree was built from.
     index: Vec<u32>,
@@ -42,54 +53,6 @@ pub struct BoxTree {
     center: DVec3,
     /// Its units per unit of the coordinates given.
     scale: f64,
-}
-
-/// A node of the tree, 32 bytes.
-#[derive(Clone, Copy)]
-struct Node {
-    min: [f32; 3],
-    /// First child of an inner node, first triangle of a leaf.
-    first: u32,
-    max: [f32; 3],
-    /// Number of triangles of a leaf; 0 for inner nodes.
-    count: u32,
-}
-
-impl Node {
-    /// Squared distance of a point to the box, in the tree's units.
-    fn distance2(&self, p: [f32; 3]) -> f32 {
-        let gap = |i: usize| (self.min[i] - p[i]).max(p[i] - self.max[i]).max(0.0);
-        let (x, y, z) = (gap(0), gap(1), gap(2));
-        x * x + y * y + z * z
-    }
-
-    /// Whether the ray in direction +z meets the box.
-    fn below_or_in(&self, p: [f32; 3]) -> bool {
-        p[2] <= self.max[2] && self.min[0] <= p[0] && p[0] <= self.max[0] && self.min[1] <= p[1] && p[1] <= self.max[1]
-    }
-
-    fn meets(&self, min: [f32; 3], max: [f32; 3]) -> bool {
-        (0..3).all(|i| self.min[i] <= max[i] && min[i] <= self.max[i])
-    }
-
-    /// Where the ray enters the box, if it does at some t in [0, limit]; all in the tree's units.
-    fn entry(&self, origin: DVec3, inverse: DVec3, limit: f64) -> Option<f64> {
-        let (mut near, mut far) = (0.0, limit);
-        for i in 0..3 {
-            let (min, max) = (f64::from(self.min[i]), f64::from(self.max[i]));
-            if inverse[i].is_infinite() {
-                // The ray does not move along this axis.
-                if origin[i] < min || origin[i] > max {
-                    return None;
-                }
-                continue;
-            }
-            let (t, u) = ((min - origin[i]) * inverse[i], (max - origin[i]) * inverse[i]);
-            near = t.min(u).max(near);
-            far = t.max(u).min(far);
-        }
-        (near <= far).then_some(near)
-    }
 }
 
 impl BoxTree {
@@ -112,18 +75,7 @@ impl BoxTree {
             })
             .collect();
         let mut seconds = std::time::Duration::ZERO;
-        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut seconds);
-        let nodes = tree
-            .nodes
-            .iter()
-            .map(|n| Node {
-                min: n.aabb().min.to_array(),
-                first: n.first_index,
-                max: n.aabb().max.to_array(),
-                count: n.prim_count,
-            })
-            .collect();
-        let index = tree.primitive_indices;
+        let (nodes, index) = nodes::collapse(&build_bvh2(&boxes, BUILD, &mut seconds));
         let corners = index.iter().map(|&t| corners[t as usize]).collect();
         BoxTree { nodes, corners, index, center, scale }
     }
@@ -149,6 +101,7 @@ impl BoxTree {
                 if ray::crosses_upward(self.corners[k], p) {
                     visit(self.index[k]);
                 }
+                false
             },
         );
     }
@@ -176,27 +129,29 @@ impl BoxTree {
         // What rounding to single precision can take off a distance, squared; queries may be far away.
         let slack = 1e-12 * (1.0 + f64::from(q[0].abs().max(q[1].abs()).max(q[2].abs()))).powi(2);
         let scale2 = self.scale * self.scale;
+        // Equal distances must pass: the lowest index is still to be found.
+        let reach = |distance2: f64| Reach::new((distance2 * scale2 * (1.0 + 1e-5) + slack) as f32);
+        let mut limit = reach(best.distance2);
         let mut stack = Stack::new();
-        stack.push((0.0, 0));
-        while let Some((distance2, node)) = stack.pop() {
-            // Equal distances must pass: the lowest index is still to be found.
-            if f64::from(distance2) > best.distance2 * scale2 * (1.0 + 1e-5) + slack {
+        stack.extend(self.nodes.first().map(|_| Entry::new(0.0, Child::ROOT)));
+        while let Some(entry) = stack.pop() {
+            if !limit.holds(entry) {
                 continue;
             }
-            let node = &self.nodes[node as usize];
-            if node.count == 0 {
-                let [left, right] = [node.first, node.first + 1].map(|n| (self.nodes[n as usize].distance2(q), n));
-                let (near, far) = if left.0 <= right.0 { (left, right) } else { (right, left) };
-                stack.push(far);
-                stack.push(near);
-                continue;
-            }
-            for k in node.first as usize..(node.first + node.count) as usize {
-                let point = triangle::closest_point(self.corners[k], p);
-                let distance2 = point.distance_squared(p);
-                let triangle = self.index[k];
-                if distance2 < best.distance2 || (distance2 == best.distance2 && triangle < best.triangle) {
-                    best = Closest { point, triangle, distance2 };
+            match entry.child().place() {
+                Ok(k) => {
+                    let point = triangle::closest_point(self.corners[k], p);
+                    let distance2 = point.distance_squared(p);
+                    let triangle = self.index[k];
+                    if distance2 < best.distance2 || (distance2 == best.distance2 && triangle < best.triangle) {
+                        best = Closest { point, triangle, distance2 };
+                        limit = reach(distance2);
+                    }
+                }
+                Err(node) => {
+                    // The nearest goes on top.
+                    let (entries, count) = self.nodes[node].nearer(q, limit);
+                    entries[..count].iter().rev().for_each(|&e| stack.push(e));
                 }
             }
         }
@@ -206,38 +161,23 @@ impl BoxTree {
 
     /// Calls `visit` with every triangle whose box meets the box from `min` to `max`, in no particular order.
     pub fn near_box(&self, min: DVec3, max: DVec3, mut visit: impl FnMut(u32)) {
-        let (low, high) = (self.local(min), self.local(max));
-        self.descend(
-            |node| node.meets(low, high),
-            |k| {
-                let b = BoundingBox::of(&self.corners[k]);
-                if b.min.cmple(max).all() && min.cmple(b.max).all() {
-                    visit(self.index[k]);
-                }
-            },
-        );
+        self.any_near_box(min, max, |t| {
+            visit(t);
+            false
+        });
     }
 
     /// Whether `is_hit` says so of any triangle whose box meets the box from `min` to `max`; asked in no particular
     /// order, and no longer than until it does.
     pub fn any_near_box(&self, min: DVec3, max: DVec3, mut is_hit: impl FnMut(u32) -> bool) -> bool {
         let (low, high) = (self.local(min), self.local(max));
-        let mut stack = Stack::new();
-        stack.extend(self.nodes.first().filter(|root| root.meets(low, high)).map(|_| 0u32));
-        while let Some(node) = stack.pop() {
-            let node = &self.nodes[node as usize];
-            for k in node.first as usize..(node.first + node.count) as usize {
+        self.descend(
+            |node| node.meets(low, high),
+            |k| {
                 let b = BoundingBox::of(&self.corners[k]);
-                if b.min.cmple(max).all() && min.cmple(b.max).all() && is_hit(self.index[k]) {
-                    return true;
-                }
-            }
-            if node.count == 0 {
-                let children = [node.first, node.first + 1].into_iter();
-                children.filter(|&n| self.nodes[n as usize].meets(low, high)).for_each(|n| stack.push(n));
-            }
-        }
-        false
+                b.min.cmple(max).all() && min.cmple(b.max).all() && is_hit(self.index[k])
+            },
+        )
     }
 
     /// The nearest triangle that the ray from `origin` along `direction` crosses, and how far along it in multiples
@@ -251,53 +191,58 @@ impl BoxTree {
         let mut best: Option<(f64, u32)> = None;
         let mut reach = limit;
         let mut stack = Stack::new();
-        stack.extend(self.nodes[0].entry(from, inverse, reach).map(|t| (t, 0)));
-        while let Some((entry, node)) = stack.pop() {
+        stack.push((0.0, Child::ROOT.bits()));
+        while let Some((entry, child)) = stack.pop() {
             if entry > reach {
                 continue;
             }
-            let node = &self.nodes[node as usize];
-            if node.count == 0 {
-                let child = |n: u32| self.nodes[n as usize].entry(from, inverse, reach).map(|t| (t, n));
-                let (left, right) = (child(node.first), child(node.first + 1));
-                // The nearer one goes on top.
-                let swap = matches!((left, right), (Some(l), Some(r)) if l.0 <= r.0);
-                let (first, second) = if swap { (right, left) } else { (left, right) };
-                stack.extend(first);
-                stack.extend(second);
-                continue;
-            }
-            for k in node.first as usize..(node.first + node.count) as usize {
-                let Some(t) = ray::crossing(self.corners[k], origin, direction) else { continue };
-                let hit = (t, self.index[k]);
-                if t >= 0.0 && t <= limit && best.is_none_or(|b| hit < b) {
-                    best = Some(hit);
-                    // A box is entered at most a rounding after what it holds is crossed.
-                    reach = t + 1e-9 * t.abs();
+            match Child::of_bits(child).place() {
+                Err(node) => {
+                    // The nearest goes on top.
+                    let mut entered = [(0.0, 0); 4];
+                    let mut count = 0;
+                    let node = &self.nodes[node];
+                    for (entry, child) in node.children(node.entries(from, inverse, reach)) {
+                        if let Some(entry) = entry {
+                            entered[count] = (entry, child.bits());
+                            count += 1;
+                        }
+                    }
+                    entered[..count].sort_unstable_by(|a: &(f64, u32), b| b.0.total_cmp(&a.0));
+                    entered[..count].iter().for_each(|&e| stack.push(e));
+                }
+                Ok(k) => {
+                    let Some(t) = ray::crossing(self.corners[k], origin, direction) else { continue };
+                    let hit = (t, self.index[k]);
+                    if t >= 0.0 && t <= limit && best.is_none_or(|b| hit < b) {
+                        best = Some(hit);
+                        // A box is entered at most a rounding after what it holds is crossed.
+                        reach = t + 1e-9 * t.abs();
+                    }
                 }
             }
         }
         best
     }
 
-    /// Calls `leaf` with the position of every triangle in a leaf all of whose ancestors pass `enter`.
-    fn descend(&self, mut enter: impl FnMut(&Node) -> bool, mut leaf: impl FnMut(usize)) {
+    /// Calls `leaf` with the position of every triangle that passes `enter` with all above it, until it says so of one;
+    /// whether it did.
+    fn descend(&self, enter: impl Fn(&Node) -> [bool; 4], mut leaf: impl FnMut(usize) -> bool) -> bool {
         let mut stack = Stack::new();
-        if self.nodes.first().is_some_and(&mut enter) {
-            stack.push(0u32);
-        }
+        stack.extend(self.nodes.first().map(|_| 0usize));
         while let Some(node) = stack.pop() {
-            let node = &self.nodes[node as usize];
-            if node.count > 0 {
-                (node.first as usize..(node.first + node.count) as usize).for_each(&mut leaf);
-                continue;
-            }
-            for child in [node.first, node.first + 1] {
-                if enter(&self.nodes[child as usize]) {
-                    stack.push(child);
+            let node = &self.nodes[node];
+            for (entered, child) in node.children(enter(node)) {
+                if entered {
+                    match child.place() {
+                        Ok(k) if leaf(k) => return true,
+                        Ok(_) => {}
+                        Err(node) => stack.push(node),
+                    }
                 }
             }
         }
+        false
     }
 
     /// A point in the tree's own units.

@@ -2,6 +2,7 @@
 
 use super::defects::{Defect, Flaw, Marks};
 use super::soup::Soup;
+use crate::bucket_sort::sorted_by_bucket;
 use crate::disjoint_sets::DisjointSets;
 use crate::geometry::predicates::{Sign, normal_signs, orient3d};
 
@@ -22,20 +23,29 @@ pub fn ends(triangles: &[[u32; 3]], edge: EdgeId) -> [u32; 2] {
 
 /// All edges of the triangles, sorted so that those over the same two vertices are neighbours.
 pub fn sorted(triangles: &[[u32; 3]]) -> Vec<([u32; 2], EdgeId)> {
-    let mut edges: Vec<([u32; 2], EdgeId)> = (0..3 * triangles.len() as u32)
+    let edges: Vec<([u32; 2], EdgeId)> = (0..3 * triangles.len() as u32)
         .map(|e| {
             let [a, b] = ends(triangles, e);
             ([a.min(b), a.max(b)], e)
         })
         .collect();
-    edges.sort_unstable();
-    edges
+    sorted_by_bucket(&edges, count(triangles), |edge| edge.0[0])
+}
+
+/// More than the index of any vertex.
+fn count(triangles: &[[u32; 3]]) -> usize {
+    triangles.iter().flatten().max().map_or(0, |&v| v as usize + 1)
 }
 
 /// For each edge, the other one over the same two vertices; `triangles` are edge-manifold and closed.
 pub fn twins(triangles: &[[u32; 3]]) -> Vec<EdgeId> {
-    let mut twin = vec![0; 3 * triangles.len()];
-    for pair in sorted(triangles).chunks_exact(2) {
+    paired(&sorted(triangles))
+}
+
+/// The same for [`sorted`] edges.
+fn paired(edges: &[([u32; 2], EdgeId)]) -> Vec<EdgeId> {
+    let mut twin = vec![0; edges.len()];
+    for pair in edges.chunks_exact(2) {
         assert_eq!(pair[0].0, pair[1].0, "the surface is closed and manifold: this is a bug in tetcvt");
         twin[pair[0].1 as usize] = pair[1].1;
         twin[pair[1].1 as usize] = pair[0].1;
@@ -78,21 +88,21 @@ pub(super) fn check(soup: &Soup, marks: &mut Marks) -> Result<Vec<EdgeId>, Defec
             None => Defect::NonManifoldEdges { count: crowded.len(), place: place(first) },
         });
     }
-    let twin = twins(&soup.triangles);
+    let twin = paired(&edges);
     vertices(soup, &twin, marks)?;
     Ok(twin)
 }
 
 /// Refuses triangles over the same three vertices.
 fn duplicates(soup: &Soup, marks: &mut Marks) -> Result<(), Defect> {
-    let mut keys: Vec<([u32; 3], u32)> = (0..soup.triangles.len() as u32)
+    let keys: Vec<([u32; 3], u32)> = (0..soup.triangles.len() as u32)
         .map(|t| {
             let mut key = soup.triangles[t as usize];
             key.sort_unstable();
             (key, t)
         })
         .collect();
-    keys.sort_unstable();
+    let keys = sorted_by_bucket(&keys, count(&soup.triangles), |key| key.0[0]);
     let copies = || keys.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1);
     copies().for_each(|t| soup.mark_triangle(marks, Flaw::DuplicateFace, t));
     match copies().min() {

@@ -1,6 +1,7 @@
 //! The invariants of a mesh, verified from its arrays alone: nothing is shared with the code that made it.
 
 use super::TetMesh;
+use crate::bucket_sort::sorted_by_bucket;
 use crate::geometry::bounding_box::BoundingBox;
 use crate::geometry::tetrahedron::FACETS;
 
@@ -9,8 +10,9 @@ pub(super) fn check(mesh: &TetMesh) -> Result<(), String> {
     arrays(mesh)?;
     tets(mesh)?;
     vertices_used(mesh)?;
-    facets(mesh)?;
-    boundary_facets(mesh)?;
+    let all = facets_of(mesh);
+    facets(&all)?;
+    boundary_facets(mesh, &all)?;
     boundary_edges(mesh)?;
     boundary_vertices(mesh)
 }
@@ -66,17 +68,20 @@ fn vertices_used(mesh: &TetMesh) -> Result<(), String> {
     }
 }
 
+/// A facet of a tet: its vertices, ascending, the tet, and its number there.
+type FacetOf = ([u32; 3], u32, u8);
+
 /// No facet has more than two tets.
-fn facets(mesh: &TetMesh) -> Result<(), String> {
-    match facets_of(mesh).chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
+fn facets(all: &[FacetOf]) -> Result<(), String> {
+    match all.chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
         Some(same) => Err(format!("facet {:?} has {} tets", same[0].0, same.len())),
         None => Ok(()),
     }
 }
 
-/// The facets of all tets by their vertices, each with its tet and its number there.
-fn facets_of(mesh: &TetMesh) -> Vec<([u32; 3], u32, u8)> {
-    let mut facets: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(4 * mesh.tets.len());
+/// The facets of all tets, sorted.
+fn facets_of(mesh: &TetMesh) -> Vec<FacetOf> {
+    let mut facets: Vec<FacetOf> = Vec::with_capacity(4 * mesh.tets.len());
     for (t, tet) in mesh.tets.iter().enumerate() {
         for (i, facet) in (0..).zip(FACETS) {
             let mut key = facet.map(|k| tet[k]);
@@ -84,8 +89,7 @@ fn facets_of(mesh: &TetMesh) -> Vec<([u32; 3], u32, u8)> {
             facets.push((key, t as u32, i));
         }
     }
-    facets.sort_unstable();
-    facets
+    sorted_by_bucket(&facets, mesh.points.len(), |f| f.0[0])
 }
 
 /// A triangle turned so that its least vertex is first; its orientation stays.
@@ -99,16 +103,22 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
 
 /// The boundary is the facets that have one tet, as seen from outside, and those between two regions, as seen from one of
 /// them, each once and with its regions.
-fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
+fn boundary_facets(mesh: &TetMesh, all: &[FacetOf]) -> Result<(), String> {
     let region = |t: u32| mesh.regions[t as usize];
-    let seen = |&(_, t, i): &([u32; 3], u32, u8)| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
+    let seen = |&(_, t, i): &FacetOf| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
     let mut found: Vec<([u32; 3], u32, i64)> =
         mesh.boundary.iter().map(|f| (turned(f.vertices), f.region_inside, i64::from(f.region_outside))).collect();
     found.sort_unstable();
     let mut left = found.len();
-    for same in facets_of(mesh).chunk_by(|a, b| a.0 == b.0) {
+    for same in all.chunk_by(|a, b| a.0 == b.0) {
+        // Within a region: no triangle of the boundary, and if it is there as one, one too many is left.
+        if let [a, b] = same
+            && region(a.1) == region(b.1)
+        {
+            continue;
+        }
         let outside = |other: usize| same.get(other).map_or(-1, |f| i64::from(region(f.1)));
-        let is_found = |(k, facet): &(usize, &([u32; 3], u32, u8))| {
+        let is_found = |(k, facet): &(usize, &FacetOf)| {
             found.binary_search(&(seen(facet), region(facet.1), outside(1 - k))).is_ok()
         };
         let times = same.iter().enumerate().filter(is_found).count();
@@ -117,7 +127,6 @@ fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
         match *same {
             [_] if times == 1 => {}
             [_] => return Err(format!("facet {key:?} of tet {t} is no boundary triangle with its region")),
-            [_, other] if region(t) == region(other.1) => {}
             [..] if times == 1 => {}
             [_, other, ..] => {
                 let u = other.1;
