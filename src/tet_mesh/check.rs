@@ -9,8 +9,9 @@ pub(super) fn check(mesh: &TetMesh) -> Result<(), String> {
     arrays(mesh)?;
     tets(mesh)?;
     vertices_used(mesh)?;
-    facets(mesh)?;
-    boundary_facets(mesh)?;
+    let facets = facets_of(mesh);
+    at_most_two_tets(&facets)?;
+    boundary_facets(mesh, &facets)?;
     boundary_edges(mesh)?;
     boundary_vertices(mesh)
 }
@@ -66,25 +67,41 @@ fn vertices_used(mesh: &TetMesh) -> Result<(), String> {
     }
 }
 
+/// A facet of a tet: its vertices in ascending order, the tet and the number of the facet there.
+type TetFacet = ([u32; 3], u32, u8);
+
 /// No facet has more than two tets.
-fn facets(mesh: &TetMesh) -> Result<(), String> {
-    match facets_of(mesh).chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
+fn at_most_two_tets(facets: &[TetFacet]) -> Result<(), String> {
+    match facets.chunk_by(|a, b| a.0 == b.0).find(|same| same.len() > 2) {
         Some(same) => Err(format!("facet {:?} has {} tets", same[0].0, same.len())),
         None => Ok(()),
     }
 }
 
-/// The facets of all tets by their vertices, each with its tet and its number there.
-fn facets_of(mesh: &TetMesh) -> Vec<([u32; 3], u32, u8)> {
-    let mut facets: Vec<([u32; 3], u32, u8)> = Vec::with_capacity(4 * mesh.tets.len());
-    for (t, tet) in mesh.tets.iter().enumerate() {
-        for (i, facet) in (0..).zip(FACETS) {
+/// The facets of all tets in the order of their vertices.
+fn facets_of(mesh: &TetMesh) -> Vec<TetFacet> {
+    let keyed = |tet: &[u32; 4]| {
+        FACETS.map(|facet| {
             let mut key = facet.map(|k| tet[k]);
             key.sort_unstable();
-            facets.push((key, t as u32, i));
+            key
+        })
+    };
+    // By their first vertex, counted, and then each vertex's by themselves.
+    let mut end = vec![0; mesh.points.len() + 1];
+    mesh.tets.iter().flat_map(keyed).for_each(|[first, ..]| end[first as usize + 1] += 1);
+    for v in 0..mesh.points.len() {
+        end[v + 1] += end[v];
+    }
+    let mut facets = vec![([0; 3], 0, 0); 4 * mesh.tets.len()];
+    for (t, tet) in (0..).zip(&mesh.tets) {
+        for (i, key) in (0..).zip(keyed(tet)) {
+            let place = &mut end[key[0] as usize];
+            facets[*place] = (key, t, i);
+            *place += 1;
         }
     }
-    facets.sort_unstable();
+    facets.chunk_by_mut(|a, b| a.0[0] == b.0[0]).for_each(<[TetFacet]>::sort_unstable);
     facets
 }
 
@@ -99,16 +116,21 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
 
 /// The boundary is the facets that have one tet, as seen from outside, and those between two regions, as seen from one of
 /// them, each once and with its regions.
-fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
+fn boundary_facets(mesh: &TetMesh, facets: &[TetFacet]) -> Result<(), String> {
     let region = |t: u32| mesh.regions[t as usize];
-    let seen = |&(_, t, i): &([u32; 3], u32, u8)| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
+    let seen = |&(_, t, i): &TetFacet| turned(FACETS[i as usize].map(|k| mesh.tets[t as usize][k]));
     let mut found: Vec<([u32; 3], u32, i64)> =
         mesh.boundary.iter().map(|f| (turned(f.vertices), f.region_inside, i64::from(f.region_outside))).collect();
     found.sort_unstable();
     let mut left = found.len();
-    for same in facets_of(mesh).chunk_by(|a, b| a.0 == b.0) {
+    for same in facets.chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, t, _), (_, u, _)] = same
+            && region(*t) == region(*u)
+        {
+            continue;
+        }
         let outside = |other: usize| same.get(other).map_or(-1, |f| i64::from(region(f.1)));
-        let is_found = |(k, facet): &(usize, &([u32; 3], u32, u8))| {
+        let is_found = |(k, facet): &(usize, &TetFacet)| {
             found.binary_search(&(seen(facet), region(facet.1), outside(1 - k))).is_ok()
         };
         let times = same.iter().enumerate().filter(is_found).count();
@@ -117,7 +139,6 @@ fn boundary_facets(mesh: &TetMesh) -> Result<(), String> {
         match *same {
             [_] if times == 1 => {}
             [_] => return Err(format!("facet {key:?} of tet {t} is no boundary triangle with its region")),
-            [_, other] if region(t) == region(other.1) => {}
             [..] if times == 1 => {}
             [_, other, ..] => {
                 let u = other.1;
