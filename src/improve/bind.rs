@@ -42,8 +42,11 @@ pub(super) fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
         .par_iter()
         .map(|f| {
             let corners: [DVec3; 3] = f.vertices.map(|v| vertices[v as usize].point);
-            let face = ground.face[ground.surface.facing(corners) as usize];
-            Facet { vertices: f.vertices, face, stray: ground.stray(corners) }
+            let stray = ground.stray(corners);
+            let [a, b, c] = corners;
+            let faces = ground.surface.normal2(stray.triangle).dot(triangle::normal2(a, b, c)) > 0.0;
+            let facing = if faces { stray.triangle } else { ground.surface.facing(corners) };
+            Facet { vertices: f.vertices, face: ground.face[facing as usize], stray }
         })
         .collect();
     let mut complex = Complex::new(vertices, mesh.tets.clone(), facets);

@@ -3,7 +3,7 @@
 use super::change::Change;
 use super::complex::Complex;
 use super::flips::remove_edge;
-use super::floor::Worklist;
+use super::floor::{Aim, Worklist};
 use super::ground::Ground;
 use super::resize::{contract, split};
 use crate::geometry::tetrahedron::EDGES;
@@ -57,7 +57,7 @@ pub(super) fn left(complex: &Complex) -> Vec<u32> {
 fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, first): (u32, bool)) -> bool {
     let mut change = Change::default();
     let tet = complex.tets[t as usize];
-    let deficit = complex.deficit();
+    let deficit = complex.deficit() * (1.0 - 1e-9) - 1e-12;
     let operations: &[Operation] = if work.keeps_vertices {
         &[Operation::Flip]
     } else if first {
@@ -84,10 +84,7 @@ fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, firs
                     Operation::Contraction => contract(complex, ground, ends, WORSE, &mut change),
                     Operation::Split => split(complex, ground, ends, &mut change).is_some(),
                 };
-                if done
-                    && work.work_since(complex, ground, mark, (TREATED, least))
-                    && complex.deficit() < deficit * (1.0 - 1e-9) - 1e-12
-                {
+                if done && work.work_since(complex, ground, mark, Aim { treated: TREATED, least, deficit }) {
                     complex.commit();
                     return true;
                 }
@@ -109,6 +106,9 @@ enum Operation {
 /// How many edges are tried for each vertex too many or too few.
 const EDGES_TRIED: usize = 400;
 
+/// More than there are tets around nearly any edge.
+const TETS_AROUND: usize = 10;
+
 /// Splits or contracts edges until there are `count` vertices, without taking any tet below the floor, or below what
 /// there is. Whether that went.
 pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize) -> bool {
@@ -116,8 +116,7 @@ pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut W
     while complex.vertex_count() != count {
         let shrink = complex.vertex_count() > count;
         let many = complex.vertex_count().abs_diff(count);
-        let mut edges = inner_edges(complex, shrink);
-        edges.truncate(EDGES_TRIED * many);
+        let edges = inner_edges(complex, shrink, EDGES_TRIED * many);
         let before = complex.vertex_count();
         for [a, b] in edges {
             if complex.vertex_count() == count {
@@ -127,21 +126,18 @@ pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut W
                 continue;
             }
             let mark = complex.mark();
-            let deficit = complex.deficit();
+            // Nothing may fall below the floor; what is below it already may stay there.
+            let aim = Aim { treated: TREATED, least: 0.0, deficit: complex.deficit() * (1.0 + 1e-9) + 1e-15 };
             let done = if shrink {
                 contract(complex, ground, [a, b], 0.2, &mut change)
             } else {
                 split(complex, ground, [a, b], &mut change).is_some()
             };
-            if done {
-                // Nothing may fall below the floor; what is below it already may stay there.
-                work.work_since(complex, ground, mark, (TREATED, 0.0));
-                if complex.deficit() <= deficit * (1.0 + 1e-9) + 1e-15 {
-                    complex.commit();
-                    continue;
-                }
+            if done && work.work_since(complex, ground, mark, aim) {
+                complex.commit();
+            } else {
+                complex.rollback(mark);
             }
-            complex.rollback(mark);
         }
         if complex.vertex_count() == before {
             return false;
@@ -150,8 +146,8 @@ pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut W
     true
 }
 
-/// Edges from a vertex inside: the shortest first, or the longest.
-fn inner_edges(complex: &Complex, shortest: bool) -> Vec<[u32; 2]> {
+/// The first of the edges from a vertex inside: the shortest first, or the longest.
+fn inner_edges(complex: &Complex, shortest: bool, count: usize) -> Vec<[u32; 2]> {
     let mut edges: Vec<(f64, [u32; 2])> = Vec::new();
     for tet in complex.tets.iter().filter(|t| t[0] != super::complex::NONE) {
         for [i, j] in EDGES {
@@ -164,7 +160,15 @@ fn inner_edges(complex: &Complex, shortest: bool) -> Vec<[u32; 2]> {
         }
     }
     let sign = if shortest { 1.0 } else { -1.0 };
-    edges.sort_unstable_by(|x, y| (sign * x.0).total_cmp(&(sign * y.0)).then(x.1.cmp(&y.1)));
+    let order = |x: &(f64, [u32; 2]), y: &(f64, [u32; 2])| (sign * x.0).total_cmp(&(sign * y.0)).then(x.1.cmp(&y.1));
+    // Each is there once for every tet around it.
+    let listed = TETS_AROUND * count;
+    if listed < edges.len() {
+        edges.select_nth_unstable_by(listed, order);
+        edges.truncate(listed);
+    }
+    edges.sort_unstable_by(order);
     edges.dedup();
+    edges.truncate(count);
     edges.into_iter().map(|e| e.1).collect()
 }

@@ -15,6 +15,17 @@ use crate::geometry::tetrahedron::EDGES;
 const TREATED_EACH: usize = 12;
 const TREATED_LEAST: usize = 2000;
 
+/// What the tets around a change must come to for it to be kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    /// So many tets are treated at most.
+    pub treated: usize,
+    /// Every tet that changed is better than this.
+    pub least: f64,
+    /// The deficit of the whole mesh, at most.
+    pub deficit: f64,
+}
+
 /// The tets below the floor, worst first, and the buffers of the operations.
 #[derive(Default)]
 pub(super) struct Worklist {
@@ -81,6 +92,7 @@ impl Worklist {
     /// Lets every tet be tried again: what stands in their way has changed.
     pub(super) fn forget(&mut self) {
         self.hopeless.clear();
+        self.smoother.forget();
     }
 
     fn push(&mut self, complex: &Complex, t: u32) {
@@ -101,28 +113,31 @@ impl Worklist {
         }
     }
 
-    /// Makes what changed since `mark` the list, and works off `most` of it, without a commit. Whether every tet there is better
-    /// than `least` then; the first that is not and cannot be helped ends the work.
-    pub(super) fn work_since(
-        &mut self,
-        complex: &mut Complex,
-        ground: &Ground,
-        mark: Mark,
-        (most, least): (usize, f64),
-    ) -> bool {
+    /// Makes what changed since `mark` the list, and works off some of it, without a commit. Whether the aim was reached; the first
+    /// tet that is too bad and cannot be helped ends the work, and so do those that leave too large a deficit.
+    pub(super) fn work_since(&mut self, complex: &mut Complex, ground: &Ground, mark: Mark, aim: Aim) -> bool {
         self.heap.clear();
         self.near.clear();
         for t in complex.changed_since(mark) {
             self.near.extend(complex.tets[t as usize]);
         }
         self.push_around(complex);
-        for _ in 0..most {
+        for _ in 0..aim.treated {
             let Some(t) = self.next(complex) else { break };
-            if !self.treat(complex, ground, t) && complex.quality[t as usize] <= least {
+            if !self.treat(complex, ground, t)
+                && (complex.quality[t as usize] <= aim.least || self.certain_deficit(complex) > aim.deficit)
+            {
                 return false;
             }
         }
-        complex.changed_since(mark).all(|t| complex.quality[t as usize] > least)
+        complex.deficit() <= aim.deficit && complex.changed_since(mark).all(|t| complex.quality[t as usize] > aim.least)
+    }
+
+    /// The deficit that is left if every tet on the list comes to the floor.
+    fn certain_deficit(&self, complex: &Complex) -> f64 {
+        let is_valid = |&t: &u32, quality: u64| complex.is_alive(t) && key(complex.quality[t as usize]) == quality;
+        let listed = self.heap.iter().filter(|Reverse((quality, t))| is_valid(t, *quality));
+        complex.deficit() - listed.map(|Reverse((_, t))| complex.deficit_of(complex.quality[*t as usize])).sum::<f64>()
     }
 
     /// The worst tet of the list.

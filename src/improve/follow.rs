@@ -17,7 +17,7 @@ use super::change::Change;
 use super::complex::{Complex, Facet, Freedom, Mark, NONE};
 use super::endgame::WORSE;
 use super::flips::remove_edge;
-use super::floor::Worklist;
+use super::floor::{Aim, Worklist};
 use super::ground::Ground;
 use super::resize::{split, split_at};
 use crate::geometry::frame::snap;
@@ -94,9 +94,10 @@ fn on_boundary(complex: &Complex, ground: &Ground, close: f64) -> Vec<Place> {
         .par_iter()
         .filter(|f| f.vertices[0] != NONE)
         .flat_map_iter(|f| {
-            let inner = (f.stray > close).then(|| (f.stray, longest_edge(complex, f)));
+            let inner = (f.stray.distance > close).then(|| (f.stray.distance, longest_edge(complex, f)));
             let edges = edges_of(f.vertices).into_iter().filter(|e| e[0] < e[1]);
-            let along = edges.map(|e| (edge_stray(complex, ground, e), e)).filter(|e| e.0 > close);
+            let along =
+                edges.filter_map(|e| Some((edge_stray_over(complex, ground, (e, f.stray.triangle), close)?, e)));
             inner.into_iter().chain(along)
         })
         .map(|(distance, [a, b])| Place { distance, edge: [a.min(b), a.max(b)], tip: None })
@@ -113,6 +114,12 @@ fn on_surface(complex: &Complex, ground: &Ground, close: f64) -> Vec<Place> {
         .points()
         .par_iter()
         .filter_map(|&p| {
+            let is_close = |f: u32| {
+                triangle::closest_point(complex.corners(triangles[f as usize]), p).distance_squared(p) <= close * close
+            };
+            if tree.any_near_box(p - close, p + close, is_close) {
+                return None;
+            }
             let closest = tree.closest(p);
             let distance = closest.distance2.sqrt();
             let facet = facets[closest.triangle as usize];
@@ -153,10 +160,19 @@ fn edge_stray(complex: &Complex, ground: &Ground, [a, b]: [u32; 2]) -> f64 {
     ground.surface.tree().closest(middle).distance2.sqrt()
 }
 
+/// The same if that is more than `close`; a triangle of the surface nearby is known.
+fn edge_stray_over(complex: &Complex, ground: &Ground, (edge, near): ([u32; 2], u32), close: f64) -> Option<f64> {
+    let [a, b] = complex.corners(edge);
+    if ground.walk.closest_from(near, (a + b) * 0.5).distance2 <= close * close {
+        return None;
+    }
+    Some(edge_stray(complex, ground, edge)).filter(|&away| away > close)
+}
+
 /// The most that an edge and its facets stray.
 fn strays_around(complex: &Complex, ground: &Ground, edge: [u32; 2]) -> f64 {
     let facets = complex.edge_facets(edge);
-    facets.iter().map(|&f| complex.facets[f as usize].stray).fold(edge_stray(complex, ground, edge), f64::max)
+    facets.iter().map(|&f| complex.facets[f as usize].stray.distance).fold(edge_stray(complex, ground, edge), f64::max)
 }
 
 /// The most that facets changed since `mark` and their edges stray.
@@ -164,7 +180,10 @@ fn strays_since(complex: &Complex, ground: &Ground, mark: Mark) -> f64 {
     let mut most = 0.0_f64;
     for f in complex.facets_since(mark) {
         let Facet { vertices, stray, .. } = complex.facets[f as usize];
-        most = edges_of(vertices).into_iter().map(|e| edge_stray(complex, ground, e)).fold(most.max(stray), f64::max);
+        most = edges_of(vertices)
+            .into_iter()
+            .map(|e| edge_stray(complex, ground, e))
+            .fold(most.max(stray.distance), f64::max);
     }
     most
 }
@@ -224,18 +243,17 @@ fn draw_in(
     let before = farthest(complex, &samples, &around).max(before);
     // Facets beside a ridge may stray more than they did, if the ridge comes closer.
     let wide = &ground.within(KEPT * before);
-    let deficit = complex.deficit() * (1.0 + 1e-9) + lack * lack * lack + 1e-15;
     let qualities = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
     let least = qualities.fold(complex.floor() - lack, f64::min) - 1e-9;
     let known = around.len();
+    let aim = Aim { treated: TREATED, least, deficit: complex.deficit() * (1.0 + 1e-9) + lack * lack * lack + 1e-15 };
     for way in ways(complex, place, work.keeps_vertices) {
         let mark = complex.mark();
         around.truncate(known);
         let made = make(complex, wide, (place, way));
         around.extend(made);
         if made.is_some()
-            && work.work_since(complex, ground, mark, (TREATED, least))
-            && complex.deficit() <= deficit
+            && work.work_since(complex, ground, mark, aim)
             && strays_since(complex, ground, mark) <= KEPT * before
             && farthest(complex, &samples, &around) <= KEPT * before
         {
@@ -294,8 +312,8 @@ fn make(complex: &mut Complex, ground: &Ground, (place, way): (Place, Way)) -> O
                     let (before, after) = (triangle::normal2(a, b, c), triangle::normal2(x, y, z));
                     after.dot(before) <= 0.5 * after.length() * before.length()
                 };
-                let stray = ground.stray(moved);
-                if old.face != face || turned || !ground.allows(moved, stray, old.stray) {
+                let stray = ground.stray_near(moved, old.stray.triangle);
+                if old.face != face || turned || !ground.allows(moved, stray, old.stray.distance) {
                     return None;
                 }
                 strays.push(stray);

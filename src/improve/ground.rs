@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::complex::{Complex, Facet, Freedom, NONE};
+use super::complex::{Complex, Facet, Freedom, NONE, Stray};
+use super::walk::Walk;
 use crate::geometry::frame::snap;
 use crate::geometry::triangle;
 use crate::surface::Surface;
@@ -44,6 +45,7 @@ impl Tangent {
 #[derive(Clone, Copy)]
 pub(super) struct Ground<'a> {
     pub surface: &'a Surface,
+    pub walk: Walk<'a>,
     pub features: &'a Features,
     /// The smooth part that each of the surface's triangles counts to.
     pub face: &'a [u32],
@@ -55,8 +57,9 @@ pub(super) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn new(surface: &'a Surface, features: &'a Features, face: &'a [u32]) -> Ground<'a> {
-        Ground { surface, features, face, whole: &[], limit: STRAY * surface.diagonal(), share: 0.0 }
+    pub(super) fn new(walk: Walk<'a>, features: &'a Features, face: &'a [u32]) -> Ground<'a> {
+        let surface = walk.surface;
+        Ground { surface, walk, features, face, whole: &[], limit: STRAY * surface.diagonal(), share: 0.0 }
     }
 
     /// The same, with the creases that are to stay whole.
@@ -78,7 +81,7 @@ impl<'a> Ground<'a> {
 
     /// The same, with a bound that leaves more room: as far as most of `facets` stray, or `share` of a facet's size.
     pub(super) fn loosened(&self, facets: &[Facet], share: f64) -> Ground<'a> {
-        let mut strays: Vec<f64> = facets.iter().filter(|f| f.vertices[0] != NONE).map(|f| f.stray).collect();
+        let mut strays: Vec<f64> = facets.iter().filter(|f| f.vertices[0] != NONE).map(|f| f.stray.distance).collect();
         strays.sort_unstable_by(f64::total_cmp);
         let usual = strays.get((strays.len() as f64 * (1.0 - STRAYING)) as usize);
         Ground { limit: self.limit.max(usual.copied().unwrap_or(0.0)), share, ..*self }
@@ -90,12 +93,30 @@ impl<'a> Ground<'a> {
     }
 
     /// How far a facet strays: the distance of its centroid to the surface.
-    pub(super) fn stray(&self, [a, b, c]: [DVec3; 3]) -> f64 {
-        self.surface.tree().closest(triangle::centroid(a, b, c)).distance2.sqrt()
+    pub(super) fn stray(&self, [a, b, c]: [DVec3; 3]) -> Stray {
+        let closest = self.surface.tree().closest(triangle::centroid(a, b, c));
+        Stray { distance: closest.distance2.sqrt(), triangle: closest.triangle }
+    }
+
+    /// The same where a triangle nearby is known.
+    pub(super) fn stray_near(&self, [a, b, c]: [DVec3; 3], triangle: u32) -> Stray {
+        let closest = self.walk.closest_from(triangle, triangle::centroid(a, b, c));
+        Stray { distance: closest.distance2.sqrt(), triangle: closest.triangle }
+    }
+
+    /// Whether facets may stray no farther than where the bounds were `reach`.
+    pub(super) fn is_within(&self, reach: [f64; 2]) -> bool {
+        self.limit <= reach[0] && self.share <= reach[1]
+    }
+
+    /// The bounds on how far facets may stray.
+    pub(super) fn reach(&self) -> [f64; 2] {
+        [self.limit, self.share]
     }
 
     /// Whether a facet may stray so far in the place of facets that strayed by at most `before`.
-    pub(super) fn allows(&self, [a, b, c]: [DVec3; 3], stray: f64, before: f64) -> bool {
+    pub(super) fn allows(&self, [a, b, c]: [DVec3; 3], stray: Stray, before: f64) -> bool {
+        let stray = stray.distance;
         stray <= self.limit.max(before) || stray <= self.share / 3.0 * (a.distance(b) + b.distance(c) + c.distance(a))
     }
 
@@ -148,7 +169,7 @@ impl<'a> Ground<'a> {
             let p = triangle::closest_point(corners, trial);
             return (p.distance(trial) <= LIFT * step).then_some((snap(p), Freedom::Surface(near)));
         }
-        let closest = self.surface.tree().closest(trial);
+        let closest = self.walk.closest_from(near, trial);
         let same = self.face[closest.triangle as usize] == self.face[near as usize]
             && self.surface.normal2(closest.triangle).dot(self.surface.normal2(near)) > 0.0;
         (same && closest.distance2 <= LIFT * LIFT * step * step)
@@ -216,7 +237,7 @@ impl<'a> Ground<'a> {
         let corners = complex.corners(vertices);
         let [a, b, c] = corners;
         let normal = triangle::normal2(a, b, c);
-        let before = old.iter().map(|&f| complex.facets[f as usize].stray).fold(0.0, f64::max);
+        let before = old.iter().map(|&f| complex.facets[f as usize].stray.distance).fold(0.0, f64::max);
         let turned = old.iter().any(|&f| {
             let [a, b, c] = complex.corners(complex.facets[f as usize].vertices);
             let other = triangle::normal2(a, b, c);
@@ -225,7 +246,10 @@ impl<'a> Ground<'a> {
         if turned {
             return None;
         }
-        let stray = self.stray(corners);
+        let stray = match old {
+            [f, ..] => self.stray_near(corners, complex.facets[*f as usize].stray.triangle),
+            [] => self.stray(corners),
+        };
         self.allows(corners, stray, before).then_some(Facet { vertices, face, stray })
     }
 }

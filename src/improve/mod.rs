@@ -28,8 +28,11 @@ use crate::params::{Boundary, Params};
 use crate::progress::{Flow, Observer};
 use crate::seeds::Seeds;
 use crate::surface::Surface;
+use crate::surface::edges;
 use crate::surface::features::Features;
 use crate::tet_mesh::TetMesh;
+
+mod around;
 
 mod bind;
 
@@ -65,9 +68,12 @@ mod stars;
 
 mod volume;
 
+mod walk;
+
 use complex::Complex;
 use floor::Worklist;
 use ground::Ground;
+use walk::Walk;
 
 /// Rounds of the polish before the endgame.
 const POLISH_ROUNDS: usize = 2;
@@ -101,8 +107,10 @@ pub fn improve(
     params: &Params,
     observer: &mut dyn Observer,
 ) -> String {
-    let face = patches::joined(surface, features, mesh.boundary.len());
-    let ground = Ground::new(surface, features, &face).keeping(&seeds.whole);
+    let twin = edges::twins(surface.triangles());
+    let walk = Walk { surface, twin: &twin };
+    let face = patches::joined(walk, features, mesh.boundary.len());
+    let ground = Ground::new(walk, features, &face).keeping(&seeds.whole);
     let mut complex = bind::load(mesh, seeds, &ground);
     let creases = bind::crease_edges(&complex, &ground);
     complex.set_creases(creases.into_iter());

@@ -6,9 +6,9 @@
 
 use std::collections::BTreeMap;
 
+use super::walk::Walk;
 use crate::disjoint_sets::DisjointSets;
 use crate::geometry::triangle;
-use crate::surface::Surface;
 use crate::surface::edges;
 use crate::surface::features::Features;
 
@@ -17,12 +17,11 @@ const SMALL: f64 = 4.0;
 
 /// The part of each triangle of the surface, once small ones are joined to their neighbours; `facets` is the number of
 /// facets of the boundary.
-pub(super) fn joined(surface: &Surface, features: &Features, facets: usize) -> Vec<u32> {
+pub(super) fn joined(Walk { surface, twin }: Walk, features: &Features, facets: usize) -> Vec<u32> {
     let small = SMALL * surface.area() / facets.max(1) as f64;
     let count = features.face.iter().max().map_or(0, |&f| f as usize + 1);
     let mut area = vec![0.0; count];
     let mut border: BTreeMap<[u32; 2], f64> = BTreeMap::new();
-    let twin = edges::twins(surface.triangles());
     for (t, &face) in (0..).zip(&features.face) {
         let corners = surface.corners(t);
         area[face as usize] += triangle::area(corners[0], corners[1], corners[2]);
@@ -64,6 +63,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::surface::Surface;
 
     #[test]
     fn a_part_joins_the_neighbor_along_its_longest_border() {
@@ -75,8 +75,9 @@ mod tests {
         let each: Vec<u32> = (0..12).collect();
         let surface = Surface::new(&points, &triangles, &each, &each).expect("a closed surface");
         let features = Features::find(&surface, 40.0);
+        let twin = edges::twins(surface.triangles());
         let parts = |facets: usize| {
-            let mut parts = joined(&surface, &features, facets);
+            let mut parts = joined(Walk { surface: &surface, twin: &twin }, &features, facets);
             let own = [parts[0], parts[2]];
             parts.sort_unstable();
             parts.dedup();

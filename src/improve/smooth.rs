@@ -15,9 +15,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::complex::{Complex, Freedom};
+use super::around::{Around, Judgement, Steepest};
+use super::complex::{Complex, Facet, Freedom, Stray};
 use super::ground::{Ground, Tangent};
-use super::measure::{self, LARGE_WEIGHT};
+use super::measure::LARGE_WEIGHT;
 use crate::geometry::tetrahedron::FACETS;
 
 /// Rounds of smoothing of one vertex at a time.
@@ -48,14 +49,18 @@ pub(super) fn least_gain(worst: f64, floor: f64) -> f64 {
 /// Steps towards the shortest vector of the hull.
 const HULL_STEPS: usize = 24;
 
+/// Of the trial steps, those that would take a facet too far from the surface: shorter ones seldom do not.
+const STRAYING_TRIALS: usize = 2;
+
 /// What is known of the tets around a vertex; its buffers are used again.
 #[derive(Debug, Default)]
 pub(super) struct Smoother {
-    /// For each tet of the star, the facet opposite the vertex: with the vertex first, a positive tet.
-    links: Vec<[DVec3; 3]>,
+    around: Around,
     pieces: Vec<Piece>,
     active: Vec<DVec3>,
-    strays: Vec<(u32, f64)>,
+    strays: Vec<(u32, Stray)>,
+    /// For each vertex, when it last could not be moved.
+    stuck: Vec<Stuck>,
 }
 
 /// An angle as it counts for the quality.
@@ -65,32 +70,57 @@ struct Piece {
     gradient: DVec3,
 }
 
+/// A vertex that could not be moved so that its worst tet gets better.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stuck {
+    /// The number of changes of the mesh at that time, and one more.
+    since: u32,
+    /// The bounds on the boundary at that time.
+    reach: [f64; 2],
+}
+
 impl Smoother {
+    /// Lets every vertex be tried again.
+    pub(super) fn forget(&mut self) {
+        self.stuck.clear();
+    }
+
     /// Takes the star of `v`; returns the worst quality in it.
     fn gather(&mut self, complex: &Complex, v: u32) -> f64 {
-        self.links.clear();
-        let mut worst = f64::INFINITY;
-        for &t in complex.star(v) {
+        let star = complex.star(v);
+        self.around.set(star.iter().map(|&t| {
             let tet = complex.tets[t as usize];
             let at = tet.iter().position(|&u| u == v).expect("a star's tets have its vertex: this is a bug in tetcvt");
-            self.links.push(FACETS[at].map(|k| complex.points[tet[k] as usize]));
-            worst = complex.quality[t as usize].min(worst);
-        }
-        worst
+            FACETS[at].map(|k| complex.points[tet[k] as usize])
+        }));
+        worst_of(complex, v)
     }
 
     /// Moves `v` so that its worst tet gets better; whether it did.
     pub(super) fn raise_worst(&mut self, complex: &mut Complex, ground: &Ground, v: u32) -> bool {
-        let mut moved = false;
-        for _ in 0..ROUNDS {
-            let worst = self.gather(complex, v);
-            let Some(tangent) = ground.tangent(complex, v) else { return moved };
-            if worst >= complex.floor() || !self.step(complex, ground, (v, worst), tangent) {
-                return moved;
-            }
-            moved = true;
+        if self.is_stuck(complex, ground, v) {
+            return false;
         }
-        moved
+        for round in 0..ROUNDS {
+            let worst = worst_of(complex, v);
+            if worst >= complex.floor() {
+                return round > 0;
+            }
+            let Some(tangent) = ground.tangent(complex, v) else { return false };
+            self.gather(complex, v);
+            if !self.step(complex, ground, (v, worst), tangent) {
+                self.stuck[v as usize] = Stuck { since: complex.changes() + 1, reach: ground.reach() };
+                return round > 0;
+            }
+        }
+        true
+    }
+
+    /// Whether nothing changed around `v` since it could not be moved.
+    fn is_stuck(&mut self, complex: &Complex, ground: &Ground, v: u32) -> bool {
+        self.stuck.resize(complex.points.len().max(self.stuck.len()), Stuck::default());
+        let Stuck { since, reach } = self.stuck[v as usize];
+        since > 0 && !complex.changed_around(v, since - 1) && ground.is_within(reach)
     }
 
     /// One step of step 1 to 3.
@@ -112,15 +142,18 @@ impl Smoother {
                     step = step.min((piece.value - worst) / (rate - slope));
                 }
             }
+            let mut straying = 0;
             for _ in 0..TRIALS {
-                if rate * step < gain {
+                if rate * step < gain || straying == STRAYING_TRIALS {
                     break;
                 }
                 if let Some((to, freedom)) = ground.place(complex, v, direction * step)
-                    && self.worst_at(to, worst + gain).is_some()
-                    && self.settle(complex, ground, v, to, freedom)
+                    && self.around.judge(to).is_some_and(|j| j.worst > worst + gain)
                 {
-                    return true;
+                    if self.settle(complex, ground, v, to, freedom) {
+                        return true;
+                    }
+                    straying += 1;
                 }
                 step *= 0.5;
             }
@@ -130,53 +163,37 @@ impl Smoother {
 
     /// The angles around the vertex that are not far above the worst, and the square of the shortest edge.
     fn find_pieces(&mut self, from: DVec3, worst: f64, tangent: Tangent) -> f64 {
-        self.pieces.clear();
+        let Smoother { around, pieces, .. } = self;
+        pieces.clear();
         let most = worst + HORIZON;
-        let mut shortest2 = f64::INFINITY;
-        for &link in &self.links {
-            for angle in measure::angles(from, link) {
-                if angle.value < most {
-                    self.pieces.push(Piece { value: angle.value, gradient: tangent.project(angle.gradient) });
-                }
-                let large = LARGE_WEIGHT * (PI - angle.value);
-                if large < most {
-                    let gradient = tangent.project(angle.gradient) * -LARGE_WEIGHT;
-                    self.pieces.push(Piece { value: large, gradient });
-                }
+        around.each_angle(from, |value, gradient| {
+            if value < most {
+                pieces.push(Piece { value, gradient: tangent.project(gradient) });
             }
-            shortest2 = link.iter().map(|q| q.distance_squared(from)).fold(shortest2, f64::min);
-        }
-        shortest2
+            let large = LARGE_WEIGHT * (PI - value);
+            if large < most {
+                pieces.push(Piece { value: large, gradient: tangent.project(gradient) * -LARGE_WEIGHT });
+            }
+        })
     }
 
-    /// The worst quality with the vertex at `p`, if it is more than `least`.
-    fn worst_at(&self, p: DVec3, least: f64) -> Option<f64> {
-        let mut worst = f64::INFINITY;
-        for &[a, b, c] in &self.links {
-            worst = measure::quality([p, a, b, c]).min(worst);
-            if worst <= least {
-                return None;
-            }
-        }
-        Some(worst)
-    }
-
-    /// Moves the vertex, unless a facet around it would stray from the surface.
+    /// Moves the vertex to where its tets were just judged, unless a facet around it would stray from the surface.
     fn settle(&mut self, complex: &mut Complex, ground: &Ground, v: u32, to: DVec3, freedom: Freedom) -> bool {
         self.strays.clear();
         if complex.on_boundary(v) {
-            let before = complex.facets_of(v).iter().map(|&f| complex.facets[f as usize].stray).fold(0.0, f64::max);
+            let before =
+                complex.facets_of(v).iter().map(|&f| complex.facets[f as usize].stray.distance).fold(0.0, f64::max);
             for &f in complex.facets_of(v) {
-                let corners = complex.facets[f as usize].vertices;
-                let corners = corners.map(|u| if u == v { to } else { complex.points[u as usize] });
-                let stray = ground.stray(corners);
+                let Facet { vertices, stray, .. } = complex.facets[f as usize];
+                let corners = vertices.map(|u| if u == v { to } else { complex.points[u as usize] });
+                let stray = ground.stray_near(corners, stray.triangle);
                 if !ground.allows(corners, stray, before) {
                     return false;
                 }
                 self.strays.push((f, stray));
             }
         }
-        complex.move_vertex(v, to, freedom);
+        complex.move_judged(v, to, freedom, self.around.qualities());
         for &(f, stray) in &self.strays {
             complex.set_stray(f, stray);
         }
@@ -186,47 +203,47 @@ impl Smoother {
     /// Moves `v` so that the sum of its tets' smallest angles grows while none falls below the floor, or below the worst
     /// that there was; whether it did.
     pub(super) fn raise_sum(&mut self, complex: &mut Complex, ground: &Ground, v: u32) -> bool {
-        let worst = self.gather(complex, v);
         let Some(tangent) = ground.tangent(complex, v) else { return false };
-        let from = complex.points[v as usize];
-        let mut sum = 0.0;
-        let mut rise = DVec3::ZERO;
-        let mut shortest2 = f64::INFINITY;
-        for &link in &self.links {
-            let angles = measure::angles(from, link);
-            let least = angles.iter().fold(&angles[0], |a, b| if b.value < a.value { b } else { a });
-            sum += least.value;
-            rise += least.gradient;
-            shortest2 = link.iter().map(|q| q.distance_squared(from)).fold(shortest2, f64::min);
-        }
+        let worst = self.gather(complex, v);
+        let Steepest { sum, rise, shortest2 } = self.around.steepest(complex.points[v as usize]);
         let rise = tangent.project(rise);
         let Some(direction) = rise.try_normalize() else { return false };
+        let rate = rise.length();
         let mut step = POLISH_STEP * shortest2.sqrt();
         let bound = complex.floor().min(worst);
+        let mut straying = 0;
         for _ in 0..TRIALS {
-            if let Some((to, freedom)) = ground.place(complex, v, direction * step)
-                && self.sum_at(to, bound).is_some_and(|s| s > sum + POLISH_GAIN)
-                && self.settle(complex, ground, v, to, freedom)
-            {
-                return true;
+            // The sum bends down along the way: it grows by less than this.
+            if rate * step <= POLISH_GAIN || straying == STRAYING_TRIALS {
+                return false;
             }
-            step *= 0.5;
+            let mut next = 0.5 * step;
+            if let Some((to, freedom)) = ground.place(complex, v, direction * step)
+                && let Some(Judgement { worst, sum: found }) = self.around.judge(to)
+            {
+                if found <= sum + POLISH_GAIN {
+                    // To the top of the parabola through what is known of the sum along the way.
+                    let top = 0.5 * rate * step * step / (rate * step + sum - found);
+                    if 0.5 * rate * top <= POLISH_GAIN {
+                        return false;
+                    }
+                    next = top.clamp(0.125 * step, 0.75 * step);
+                } else if worst >= bound {
+                    if self.settle(complex, ground, v, to, freedom) {
+                        return true;
+                    }
+                    straying += 1;
+                }
+            }
+            step = next;
         }
         false
     }
+}
 
-    /// The sum of the smallest angles with the vertex at `p`, if no quality is below `bound`.
-    fn sum_at(&self, p: DVec3, bound: f64) -> Option<f64> {
-        let mut sum = 0.0;
-        for &[a, b, c] in &self.links {
-            let extremes = measure::extremes([p, a, b, c])?;
-            if measure::combined(extremes) < bound {
-                return None;
-            }
-            sum += extremes[0];
-        }
-        Some(sum)
-    }
+/// The worst quality of the tets around a vertex.
+fn worst_of(complex: &Complex, v: u32) -> f64 {
+    complex.star(v).iter().map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min)
 }
 
 /// First step of the polish, as a share of the shortest edge, and the least gain of a sum (radians).

@@ -1,0 +1,371 @@
+//! All tets around a vertex judged at once, by vectors: the same figures as those of `measure.rs`, compiled for each width of
+//! vectors; the operations, and so the results, are the same in each.
+//!
+//! The angle at an edge grows with the way of a far corner of one of its facets along that facet's outward normal, over the
+//! corner's distance to the edge; and as no common shift of the four corners changes the angle, the gradients by the edge's ends
+//! are minus those of the far corners, shared as the feet of these on the edge are.
+
+use glam::DVec3;
+
+use super::measure::{self, FLAT, INVERTED};
+
+/// Tets that are worked on at once.
+const LANES: usize = 8;
+
+type Lanes = [f64; LANES];
+
+/// Three corners of each of some tets.
+type Block = [[Lanes; 3]; 3];
+
+/// The corners of the tets around a vertex, but for the vertex.
+#[derive(Debug)]
+pub(super) struct Around {
+    blocks: Vec<Block>,
+    count: usize,
+    arch: pulp::Arch,
+    steepest: Steepest,
+    /// For each tet its six dihedral angles, with their gradients, as [`Around::angles`] found them.
+    angles: Vec<Angles>,
+    /// For each tet its quality, as [`Around::judge`] found it.
+    qualities: Vec<f64>,
+}
+
+/// What there is to say of a vertex's place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judgement {
+    /// The worst quality of its tets.
+    pub worst: f64,
+    /// The sum of their smallest dihedral angles.
+    pub sum: f64,
+}
+
+/// The six dihedral angles of each of some tets.
+#[derive(Clone, Copy, Debug)]
+struct Angles {
+    value: [Lanes; 6],
+    gradient: [[Lanes; 3]; 6],
+}
+
+/// The sum of the smallest dihedral angles, with its gradient.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Steepest {
+    pub sum: f64,
+    pub rise: DVec3,
+    /// The square of the shortest edge at the vertex.
+    pub shortest2: f64,
+}
+
+impl Default for Around {
+    fn default() -> Around {
+        Around {
+            blocks: Vec::new(),
+            count: 0,
+            arch: pulp::Arch::new(),
+            steepest: Steepest::default(),
+            angles: Vec::new(),
+            qualities: Vec::new(),
+        }
+    }
+}
+
+impl Around {
+    /// Takes other tets: with the vertex first, these corners make them positive.
+    pub(super) fn set(&mut self, links: impl Iterator<Item = [DVec3; 3]>) {
+        self.blocks.clear();
+        self.count = 0;
+        for link in links {
+            let lane = self.count % LANES;
+            if lane == 0 {
+                // Lanes without a tet of their own have the first one's.
+                self.blocks.push(link.map(|p| p.to_array().map(|x| [x; LANES])));
+            } else if let Some(block) = self.blocks.last_mut() {
+                for (corner, p) in block.iter_mut().zip(link) {
+                    corner.iter_mut().zip(p.to_array()).for_each(|(axis, x)| axis[lane] = x);
+                }
+            }
+            self.count += 1;
+        }
+    }
+
+    /// How good the tets are with the vertex at `p`; none if one is flat or inverted.
+    pub(super) fn judge(&mut self, p: DVec3) -> Option<Judgement> {
+        self.qualities.clear();
+        let arch = self.arch;
+        arch.dispatch(Judge { around: self, p })
+    }
+
+    /// The qualities that [`Around::judge`] found last, in the order of the tets.
+    pub(super) fn qualities(&self) -> &[f64] {
+        &self.qualities[..self.count]
+    }
+
+    /// The sum of the smallest angles with the vertex at `p`, and where it grows fastest.
+    pub(super) fn steepest(&mut self, p: DVec3) -> Steepest {
+        self.find_angles(p);
+        self.steepest
+    }
+
+    /// Calls `visit` with all dihedral angles and their gradients, the vertex being at `p`; returns the square of its shortest edge.
+    pub(super) fn each_angle(&mut self, p: DVec3, mut visit: impl FnMut(f64, DVec3)) -> f64 {
+        self.find_angles(p);
+        for i in 0..self.count {
+            let (Angles { value, gradient }, lane) = (&self.angles[i / LANES], i % LANES);
+            for k in 0..6 {
+                visit(value[k][lane], DVec3::from_array(gradient[k].map(|axis| axis[lane])));
+            }
+        }
+        self.steepest.shortest2
+    }
+
+    fn find_angles(&mut self, p: DVec3) {
+        self.angles.clear();
+        let arch = self.arch;
+        self.steepest = arch.dispatch(FindAngles { around: self, p });
+    }
+}
+
+struct Judge<'a> {
+    around: &'a mut Around,
+    p: DVec3,
+}
+
+impl pulp::WithSimd for Judge<'_> {
+    type Output = Option<Judgement>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<Judgement> {
+        let Judge { around: Around { blocks, count, qualities, .. }, p } = self;
+        let mut worst = f64::INFINITY;
+        let mut sum = 0.0;
+        for (i, block) in blocks.iter().enumerate() {
+            let (quality, smallest) = qualities_of(block, p);
+            qualities.extend(quality);
+            let known = (*count - i * LANES).min(LANES);
+            for l in 0..LANES {
+                worst = if quality[l] < worst { quality[l] } else { worst };
+            }
+            sum += smallest[..known].iter().sum::<f64>();
+        }
+        (worst > INVERTED).then_some(Judgement { worst, sum })
+    }
+}
+
+/// Qualities and smallest dihedral angles of some tets.
+#[inline(always)]
+fn qualities_of(block: &Block, p: DVec3) -> (Lanes, Lanes) {
+    let (mut quality, mut smallest) = ([0.0; LANES], [0.0; LANES]);
+    for l in 0..LANES {
+        let [u, v, w] = edges(block, p, l);
+        // Outward normals, as in `measure::extremes`.
+        let (nb, nc, nd) = (cross(w, v), cross(u, w), cross(v, u));
+        let na = [-(nb[0] + nc[0] + nd[0]), -(nb[1] + nc[1] + nd[1]), -(nb[2] + nc[2] + nd[2])];
+        let volume6 = -dot(nd, w);
+        let longest2 = larger(larger(dot(u, u), dot(v, v)), dot(w, w));
+        let positive = volume6 > 0.0;
+        let solid = volume6 * volume6 > FLAT * FLAT * longest2 * longest2 * longest2;
+        let ra = 1.0 / dot(na, na).sqrt();
+        let rb = 1.0 / dot(nb, nb).sqrt();
+        let rc = 1.0 / dot(nc, nc).sqrt();
+        let rd = 1.0 / dot(nd, nd).sqrt();
+        let (ab, ac, ad) = (dot(na, nb) * (ra * rb), dot(na, nc) * (ra * rc), dot(na, nd) * (ra * rd));
+        let (bc, bd, cd) = (dot(nb, nc) * (rb * rc), dot(nb, nd) * (rb * rd), dot(nc, nd) * (rc * rd));
+        let low = smaller(smaller(smaller(ab, ac), smaller(ad, bc)), smaller(bd, cd));
+        let high = larger(larger(larger(ab, ac), larger(ad, bc)), larger(bd, cd));
+        let least = measure::acos(-low);
+        let found = measure::combined([least, measure::acos(-high)]);
+        quality[l] = if positive & solid { found } else { INVERTED };
+        smallest[l] = least;
+    }
+    (quality, smallest)
+}
+
+struct FindAngles<'a> {
+    around: &'a mut Around,
+    p: DVec3,
+}
+
+impl pulp::WithSimd for FindAngles<'_> {
+    type Output = Steepest;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Steepest {
+        let FindAngles { around: Around { blocks, count, angles, .. }, p } = self;
+        let mut all = Steepest { shortest2: f64::INFINITY, ..Steepest::default() };
+        for (i, block) in blocks.iter().enumerate() {
+            let (found, shortest2) = angles_of(block, p);
+            let (mut least, mut rise) = (found.value[0], found.gradient[0]);
+            for k in 1..6 {
+                for l in 0..LANES {
+                    let is_less = found.value[k][l] < least[l];
+                    least[l] = if is_less { found.value[k][l] } else { least[l] };
+                    for axis in 0..3 {
+                        rise[axis][l] = if is_less { found.gradient[k][axis][l] } else { rise[axis][l] };
+                    }
+                }
+            }
+            let known = (*count - i * LANES).min(LANES);
+            all.sum += least[..known].iter().sum::<f64>();
+            all.rise += DVec3::from_array(rise.map(|axis| axis[..known].iter().sum()));
+            all.shortest2 = shortest2.iter().fold(all.shortest2, |least, &x| smaller(least, x));
+            angles.push(found);
+        }
+        all
+    }
+}
+
+/// The dihedral angles of some tets with their gradients by `p`; and the square of the shortest edge at `p`.
+#[inline(always)]
+fn angles_of(block: &Block, p: DVec3) -> (Angles, Lanes) {
+    let mut angles = Angles { value: [[0.0; LANES]; 6], gradient: [[[0.0; LANES]; 3]; 6] };
+    let mut shortest2 = [0.0; LANES];
+    for l in 0..LANES {
+        let [u, v, w] = edges(block, p, l);
+        let (ab, bc, ca) = (minus(v, u), minus(w, v), minus(u, w));
+        let (na, nb, nc) = (cross(w, v), cross(u, w), cross(v, u));
+        let np = cross(ab, minus(w, u));
+        let (ra2, rb2, rc2) = (1.0 / dot(na, na), 1.0 / dot(nb, nb), 1.0 / dot(nc, nc));
+        let rp = (1.0 / dot(np, np)).sqrt();
+        let (ra, rb, rc) = (ra2.sqrt(), rb2.sqrt(), rc2.sqrt());
+        let (ga, gb, gc) = (times(na, ra2), times(nb, rb2), times(nc, rc2));
+        let (u2, v2, w2) = (dot(u, u), dot(v, v), dot(w, w));
+        let (uv, vw, wu) = (dot(u, v), dot(v, w), dot(w, u));
+        let near = |g: [f64; 3], h: [f64; 3], length2: f64, [x, y]: [f64; 2]| {
+            let inverse = -1.0 / length2.sqrt();
+            let (x, y) = ((length2 - x) * inverse, (length2 - y) * inverse);
+            [g[0] * x + h[0] * y, g[1] * x + h[1] * y, g[2] * x + h[2] * y]
+        };
+        let found = [
+            (dot(na, np) * (ra * rp), times(ga, dot(bc, bc).sqrt())),
+            (dot(nb, np) * (rb * rp), times(gb, dot(ca, ca).sqrt())),
+            (dot(nc, np) * (rc * rp), times(gc, dot(ab, ab).sqrt())),
+            (dot(nb, nc) * (rb * rc), near(gc, gb, u2, [uv, wu])),
+            (dot(na, nc) * (ra * rc), near(ga, gc, v2, [vw, uv])),
+            (dot(na, nb) * (ra * rb), near(gb, ga, w2, [wu, vw])),
+        ];
+        for k in 0..6 {
+            angles.value[k][l] = measure::acos(-found[k].0);
+            for axis in 0..3 {
+                angles.gradient[k][axis][l] = found[k].1[axis];
+            }
+        }
+        shortest2[l] = smaller(smaller(u2, v2), w2);
+    }
+    (angles, shortest2)
+}
+
+/// The edges from `p` in lane `l`.
+#[inline(always)]
+fn edges(block: &Block, p: DVec3, l: usize) -> [[f64; 3]; 3] {
+    let edge = |k: usize| [block[k][0][l] - p.x, block[k][1][l] - p.y, block[k][2][l] - p.z];
+    [edge(0), edge(1), edge(2)]
+}
+
+#[inline(always)]
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn times(a: [f64; 3], by: f64) -> [f64; 3] {
+    a.map(|x| x * by)
+}
+
+/// `f64::min` and `f64::max` without their rules for NaN.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::tetrahedron;
+    use crate::rng::Rng;
+
+    #[test]
+    fn the_same_as_one_by_one() {
+        let mut rng = Rng::new(5, 1);
+        let p = DVec3::new(0.1, -0.05, 0.02);
+        let mut around = Around::default();
+        for count in 1..40 {
+            let mut point = || rng.in_cube();
+            let links: Vec<[DVec3; 3]> = std::iter::repeat_with(|| [point(), point(), point()])
+                .filter(|&[a, b, c]| tetrahedron::volume6(p, a, b, c) > 0.01)
+                .take(count)
+                .collect();
+            around.set(links.iter().copied());
+            let found = around.judge(p).expect("positive tets");
+            let extremes = links.iter().map(|&[a, b, c]| measure::extremes([p, a, b, c]).expect("a positive tet"));
+            let sum: f64 = extremes.clone().map(|e| e[0]).sum();
+            let worst = extremes.clone().map(measure::combined).fold(9.0, f64::min);
+            assert!((found.sum - sum).abs() < 1e-9 * sum && (found.worst - worst).abs() < 1e-9);
+            assert_eq!(around.qualities().len(), count);
+            for (quality, extremes) in around.qualities().iter().zip(extremes) {
+                assert!((quality - measure::combined(extremes)).abs() < 1e-9);
+            }
+            let mut all = Vec::new();
+            let shortest2 = around.each_angle(p, |value, gradient| all.push((value, gradient)));
+            let steepest = around.steepest(p);
+            let least = all
+                .chunks(6)
+                .map(|six| six.iter().fold(six[0], |least, &angle| if angle.0 < least.0 { angle } else { least }));
+            let rise: DVec3 = least.map(|angle| angle.1).sum();
+            assert!((steepest.sum - sum).abs() < 1e-9 * sum && steepest.rise.distance(rise) < 1e-8 * rise.length());
+            let nearest = links.iter().flatten().map(|q| q.distance_squared(p)).fold(9.0, f64::min);
+            assert_eq!([steepest.shortest2, shortest2], [nearest; 2]);
+        }
+        // A tet that is flat, and one that is inverted.
+        for c in [DVec3::new(0.3, 0.3, 1e-12), -DVec3::Z] {
+            around.set([[DVec3::X, DVec3::Y, DVec3::Z], [DVec3::X, DVec3::Y, c]].into_iter());
+            assert!(around.judge(DVec3::ZERO).is_none());
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_finite_differences() {
+        const STEP: f64 = 1e-6;
+        let mut rng = Rng::new(1, 7);
+        let mut around = Around::default();
+        for _ in 0..400 {
+            let [p, a, b, c] = [0; 4].map(|_| rng.in_cube());
+            if tetrahedron::volume6(p, a, b, c) < 0.05 {
+                continue;
+            }
+            let sorted = |p: DVec3| {
+                let mut all = tetrahedron::dihedral_angles(p, a, b, c).map(f64::to_radians);
+                all.sort_by(f64::total_cmp);
+                all
+            };
+            around.set(std::iter::once([a, b, c]));
+            let mut found = Vec::new();
+            around.each_angle(p, |value, gradient| found.push((value, gradient)));
+            found.sort_by(|x, y| x.0.total_cmp(&y.0));
+            let here = sorted(p);
+            let distinct = here.windows(2).all(|w| w[1] - w[0] > 1e-3);
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let (before, after) = (sorted(p - axis * STEP), sorted(p + axis * STEP));
+                for i in 0..6 {
+                    assert!((found[i].0 - here[i]).abs() < 1e-7);
+                    let slope = (after[i] - before[i]) / (2.0 * STEP);
+                    let error = (found[i].1.dot(axis) - slope).abs();
+                    assert!(!distinct || error < 1e-4 * (1.0 + slope.abs()), "{i} {axis}: {error} of {slope}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,155 @@
+use super::*;
+use crate::improve::change::Change;
+use crate::improve::faces::remove_faces;
+use crate::improve::flips::remove_edge;
+use crate::improve::ground::Ground;
+use crate::improve::measure::INVERTED;
+use crate::improve::resize::{contract, split};
+use crate::improve::walk::Walk;
+use crate::rng::Rng;
+use crate::surface::Surface;
+use crate::surface::edges;
+use crate::surface::features::Features;
+
+/// The box of edge length 2, its sides cut into two triangles each.
+fn cube() -> Surface {
+    let at = |i: u32, k: u32| if i >> k & 1 == 1 { 1.0 } else { -1.0 };
+    let points: Vec<DVec3> = (0..8).map(|i| DVec3::new(at(i, 0), at(i, 1), at(i, 2))).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let each: Vec<u32> = (0..12).collect();
+    Surface::new(&points, &triangles, &each, &each).expect("a closed surface")
+}
+
+/// Six tets around a diagonal in each of n^3 small cubes (H. W. Kuhn, 1960), the vertices inside shaken.
+fn grid(surface: &Surface, features: &Features, n: u32) -> Complex {
+    let side = n + 1;
+    let mut rng = Rng::new(1, 2);
+    let id = |x: u32, y: u32, z: u32| (z * side + y) * side + x;
+    let mut vertices = Vec::new();
+    for i in 0..side * side * side {
+        let place = [i % side, i / side % side, i / side / side];
+        let [x, y, z] = place.map(|c| 2.0 * f64::from(c) / f64::from(n) - 1.0);
+        let walls = place.iter().filter(|&&c| c == 0 || c == n).count();
+        let p = surface.frame().to_frame(DVec3::new(x, y, z));
+        let freedom = match walls {
+            0 => Freedom::Inside,
+            1 => Freedom::Surface(surface.tree().closest(p).triangle),
+            _ => Freedom::Fixed,
+        };
+        let shake = if walls == 0 { rng.in_cube() * (0.02 / f64::from(n)) } else { DVec3::ZERO };
+        vertices.push(Vertex { point: p + shake, freedom, region: 0 });
+    }
+    let mut tets = Vec::new();
+    for i in 0..n * n * n {
+        let low = [i % n, i / n % n, i / n / n];
+        for [a, b, c] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
+            let mut at = low;
+            let mut tet = [id(at[0], at[1], at[2]); 4];
+            for (k, axis) in (1..).zip([a, b, c]) {
+                at[axis] += 1;
+                tet[k] = id(at[0], at[1], at[2]);
+            }
+            if measure::quality(tet.map(|v| vertices[v as usize].point)) == INVERTED {
+                tet.swap(2, 3);
+            }
+            tets.push(tet);
+        }
+    }
+    let mut complex = Complex::new(vertices, tets.clone(), Vec::new());
+    let twin = edges::twins(surface.triangles());
+    let ground = Ground::new(Walk { surface, twin: &twin }, features, &features.face);
+    for t in 0..tets.len() as u32 {
+        for i in 0..4 {
+            let facet = complex.facet_of(t, i);
+            if complex.across(t, facet).is_none() {
+                let face = features.face[surface.facing(complex.corners(facet)) as usize];
+                let stray = ground.stray(complex.corners(facet));
+                complex.add_facet(Facet { vertices: facet, face, stray });
+            }
+        }
+    }
+    complex.commit();
+    complex.set_floor(0.6);
+    complex
+}
+
+/// All that a rollback must bring back, to the last bit; the order within a star may change.
+fn state(complex: &Complex) -> impl PartialEq + use<> {
+    let bits: Vec<[u64; 3]> = complex.points.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    let stars: Vec<[Vec<u32>; 2]> = (0..complex.points.len() as u32)
+        .map(|v| {
+            [complex.star(v), complex.facets_of(v)].map(|list| {
+                let mut list = list.to_vec();
+                list.sort_unstable();
+                list
+            })
+        })
+        .collect();
+    let alive: Vec<u64> =
+        (0..complex.tets.len()).filter(|&t| complex.is_alive(t as u32)).map(|t| complex.quality[t].to_bits()).collect();
+    let free = (complex.free_tets.clone(), complex.free_facets.clone(), complex.free_vertices.clone());
+    let facets: Vec<Option<Facet>> = complex.facets.iter().map(|f| (f.vertices[0] != NONE).then_some(*f)).collect();
+    let rest = (complex.tets.clone(), facets, complex.freedom.clone(), complex.region.clone());
+    (bits, stars, alive, free, rest, complex.deficit.to_bits())
+}
+
+/// One random operation; whether it was possible.
+fn change_something(complex: &mut Complex, ground: &Ground, rng: &mut Rng) -> bool {
+    let mut change = Change::default();
+    let t = (rng.bits() % complex.tets.len() as u64) as u32;
+    if !complex.is_alive(t) {
+        return false;
+    }
+    let tet = complex.tets[t as usize];
+    let [i, j] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]][(rng.bits() % 6) as usize];
+    match rng.bits() % 5 {
+        0 => remove_edge(complex, ground, [tet[i], tet[j]], 0.0, &mut change).then(|| change.apply(complex)).is_some(),
+        1 => remove_faces(complex, t, i, 0.0, &mut change).then(|| change.apply(complex)).is_some(),
+        2 => split(complex, ground, [tet[i], tet[j]], &mut change).is_some(),
+        3 => contract(complex, ground, [tet[i], tet[j]], 0.0, &mut change),
+        _ => match ground.place(complex, tet[i], rng.in_cube() * 1e-3) {
+            Some((to, freedom)) => {
+                complex.move_vertex(tet[i], to, freedom);
+                true
+            }
+            None => false,
+        },
+    }
+}
+
+fn volume(complex: &Complex) -> f64 {
+    let tets = complex.tets.iter().filter(|t| t[0] != NONE);
+    tets.map(|&t| {
+        let [a, b, c, d] = complex.corners(t);
+        crate::geometry::tetrahedron::volume(a, b, c, d)
+    })
+    .sum()
+}
+
+#[test]
+fn a_rollback_brings_everything_back_to_the_last_bit() {
+    let surface = cube();
+    let features = Features::find(&surface, 40.0);
+    let twin = edges::twins(surface.triangles());
+    let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
+    let mut complex = grid(&surface, &features, 4);
+    let whole = volume(&complex);
+    let mut rng = Rng::new(3, 4);
+    let mut made = 0;
+    for round in 0..60 {
+        let (mark, before) = (complex.mark(), state(&complex));
+        for _ in 0..30 {
+            made += usize::from(change_something(&mut complex, &ground, &mut rng));
+        }
+        // The sides are flat, and their vertices stay on them.
+        assert!((volume(&complex) / whole - 1.0).abs() < 1e-12, "round {round}");
+        if round % 3 == 0 {
+            complex.commit();
+        } else {
+            complex.rollback(mark);
+            assert!(state(&complex) == before, "round {round}");
+        }
+    }
+    assert!(made > 300, "only {made} operations were possible");
+}
