@@ -178,7 +178,7 @@ impl Observer for Watcher {
         }
         if let Some(path) = self.voronoi_path.take() {
             self.voronoi = self.attempt(|watcher| {
-                let clipped = Clipper::new(surface).clip(delaunay);
+                let clipped = Clipper::new(surface).clip_first(delaunay, watcher.seeds);
                 let cells = Polyhedra::of(delaunay, surface, &clipped, watcher.seeds);
                 let volumes: Vec<f64> = clipped.cells.iter().map(|c| c.volume).collect();
                 vtk::write_voronoi(&path, &cells, &volumes, frame)

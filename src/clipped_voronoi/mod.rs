@@ -158,19 +158,28 @@ impl<'a> Clipper<'a> {
     /// # Panics
     /// If the surface crosses nothing but is not closed: a [`Surface`] cannot be built so.
     pub fn clip(&mut self, delaunay: &Delaunay) -> ClippedVoronoi {
-        let (points, arch) = (delaunay.points(), self.arch);
-        let adjacency = self.adjacency.follow(delaunay);
+        self.clip_first(delaunay, delaunay.points().len())
+    }
+
+    /// The cells of the first `seeds` points of `delaunay`. All further ones must be so far away that no point of the solid is
+    /// nearer to them than to a seed: their own cells are empty, and left out, as they are of the adjacency.
+    ///
+    /// # Panics
+    /// As [`Clipper::clip`].
+    pub fn clip_first(&mut self, delaunay: &Delaunay, seeds: usize) -> ClippedVoronoi {
+        let (points, arch) = (&delaunay.points()[..seeds], self.arch);
+        let adjacency = self.adjacency.follow(delaunay, seeds);
         self.owners.update(self.sheet.surface, points, adjacency, arch);
 
         let weights = self.sizing.as_ref().map(|s| weighted::sizes(s, points));
         let weights = weights.as_ref().map(|w| Weights { sizes: &w.sizes, densities: &w.densities });
-        let mut cells = vec![Cell::default(); points.len()];
+        let mut cells = vec![Cell::default(); seeds];
         let scene = Scene { points, adjacency, sheet: &self.sheet, owners: &self.owners, arch, weights };
         let crossings = surface_pieces::add_pieces(&mut cells, scene, &mut self.cornerless);
 
         // What bounds the solid; interfaces only part its regions.
         let outer = outer_crossings(self.sheet.surface, &crossings);
-        let by_facet = Crossings::new(&outer, points.len());
+        let by_facet = Crossings::new(&outer, delaunay.points().len());
         let marks = by_facet.marks(delaunay);
         let mut agreed = false;
         for _ in 0..2 {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Delaunay, facet::INFINITE};
+use super::Delaunay;
 
 /// Tets in a block of a pass over all of them.
 const BLOCK: usize = 8192;
@@ -47,14 +47,14 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// The same as [`Delaunay::adjacency`].
-    pub fn follow(&mut self, delaunay: &Delaunay) -> &Adjacency {
-        let (new, count) = (delaunay.vertices(), delaunay.points().len());
+    /// The same as [`Delaunay::adjacency`], of the first `count` vertices among themselves.
+    pub fn follow(&mut self, delaunay: &Delaunay, count: usize) -> &Adjacency {
+        let new = delaunay.vertices();
         let dirty = (self.adjacency.offsets.len() == count + 1).then(|| self.dirty(new, count)).flatten();
         match dirty {
             Some(dirty) if dirty.list.is_empty() => {}
             Some(dirty) => self.adjacency = self.adjacency.with_rows(&dirty, new),
-            None => self.adjacency = delaunay.adjacency(),
+            None => self.adjacency = rows(new, count, count, |v| v),
         }
         self.vertices.clear();
         self.vertices.extend_from_slice(new);
@@ -94,7 +94,7 @@ impl Dirty {
     /// Adds the vertices of a tet.
     fn add(&mut self, tet: [u32; 4]) {
         for v in tet {
-            if v != INFINITE && self.rank[v as usize] == CLEAN {
+            if (v as usize) < self.rank.len() && self.rank[v as usize] == CLEAN {
                 self.rank[v as usize] = self.list.len() as u32;
                 self.list.push(v);
             }
@@ -141,10 +141,10 @@ impl Delaunay {
     }
 }
 
-/// The finite neighbours of some of `count` vertices, as many as `wanted`, by their ranks: below that, or [`CLEAN`] where a
+/// The neighbours among the first `count` vertices of some of them, as many as `wanted`, by their ranks: below that, or [`CLEAN`] where a
 /// vertex is not wanted. `tets` are all that have them as vertices.
 fn rows(tets: &[[u32; 4]], count: usize, wanted: usize, rank: impl Fn(u32) -> u32 + Sync) -> Adjacency {
-    let rank = |v: u32| if v == INFINITE { CLEAN } else { rank(v) };
+    let rank = |v: u32| if v as usize >= count { CLEAN } else { rank(v) };
     // 1. The tets at each vertex, by counting; its own rank tells it from the others.
     let mut starts = vec![0u32; wanted + 1];
     for r in tets.iter().flatten().map(|&v| rank(v)).filter(|&r| r != CLEAN) {
@@ -176,7 +176,7 @@ fn rows(tets: &[[u32; 4]], count: usize, wanted: usize, rank: impl Fn(u32) -> u3
             }
             row.truncate(found);
             row.sort_unstable();
-            met.extend(row.iter().copied().filter(|&w| w != INFINITE && rank(w) != r));
+            met.extend(row.iter().copied().filter(|&w| (w as usize) < count && rank(w) != r));
             ends.push(met.len() as u32);
         }
         (ends, met)

@@ -88,10 +88,13 @@ fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
             replaces: Some(near),
         });
     }
-    defect.crossing.and_then(|c| at(sampling, c.point, c.triangle, near)).or_else(|| {
+    let at_crossing = defect.crossing.and_then(|c| at(sampling, c.point, c.triangle, near));
+    let at_place = || {
         let closest = sampling.surface.tree().closest(defect.place);
         at(sampling, closest.point, closest.triangle, near)
-    })
+    };
+    // At a thin tip the seed is at that place itself.
+    at_crossing.or_else(at_place).or_else(|| at_rim(sampling, near))
 }
 
 /// Whether a seed deep inside is on the boundary: two parts of the surface are so close to each other there that the tets

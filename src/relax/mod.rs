@@ -31,6 +31,8 @@ use crate::tet_mesh::StageTimes;
 
 mod creases;
 
+mod far;
+
 mod lbfgs;
 
 mod nesterov;
@@ -130,7 +132,7 @@ impl<'a> Relaxation<'a> {
     ) -> Result<Relaxation<'a>, Error> {
         let mut times = StageTimes::default();
         let started = Instant::now();
-        let delaunay = Delaunay::build(&seeds.positions)?;
+        let delaunay = Delaunay::build(&[seeds.positions.as_slice(), &far::points()].concat())?;
         times.build = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
@@ -145,7 +147,7 @@ impl<'a> Relaxation<'a> {
             clipper.set_sizing(sizing.clone());
         }
         set_density(surface, &mut clipper, &mut objective, &seeds.relative_size);
-        let clipped = clipper.clip(&delaunay);
+        let clipped = clipper.clip_first(&delaunay, seeds.positions.len());
         let chains = confines.chains(&seeds.anchors);
         let slope = objective.slope(&seeds, &clipped, &tangents, &chains);
         let state = State { clipped, chains, slope };
@@ -287,7 +289,7 @@ impl<'a> Relaxation<'a> {
         let update_s = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
-        let clipped = self.clipper.clip(self.updater.delaunay());
+        let clipped = self.clipper.clip_first(self.updater.delaunay(), positions.len());
         let chains = self.confines.chains(&self.seeds.anchors);
         let slope = self.objective.slope(&self.seeds, &clipped, &self.tangents, &chains);
         let state = std::mem::replace(&mut self.state, State { clipped, chains, slope });
@@ -335,9 +337,10 @@ impl<'a> Relaxation<'a> {
     /// the seeds were.
     fn relocate(&mut self, mut targets: Vec<Target>) -> Result<(Vec<DVec3>, Vec<Anchor>, Relocation), Error> {
         loop {
-            let positions: Vec<DVec3> = targets.iter().map(|t| t.0).collect();
+            let mut positions: Vec<DVec3> = targets.iter().map(|t| t.0).chain(far::points()).collect();
             match self.updater.relocate(&positions) {
                 Ok(relocation) => {
+                    positions.truncate(targets.len());
                     let anchors = targets.into_iter().map(|t| t.1).collect();
                     let old_positions = std::mem::replace(&mut self.seeds.positions, positions);
                     let old_anchors = std::mem::replace(&mut self.seeds.anchors, anchors);
@@ -420,7 +423,7 @@ impl<'a> Relaxation<'a> {
         &self.seeds
     }
 
-    /// Their triangulation.
+    /// Their triangulation, with a few auxiliary points after the seeds.
     pub fn delaunay(&self) -> &Delaunay {
         self.updater.delaunay()
     }

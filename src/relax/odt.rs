@@ -44,7 +44,7 @@ pub(super) fn motion(delaunay: &Delaunay, seeds: &Seeds, clipped: &ClippedVorono
             moments[i as usize] += scaled + (a - points[i as usize]) * size;
         }
     }
-    (0..points.len())
+    (0..seeds.positions.len())
         .into_par_iter()
         .map(|i| {
             if seeds.anchors[i] != Anchor::Interior || clipped.cells[i].area > 0.0 || volumes[i] <= 0.0 {

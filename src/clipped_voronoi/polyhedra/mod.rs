@@ -83,10 +83,11 @@ struct Face<P> {
 }
 
 impl Polyhedra {
-    /// The cells of `delaunay` clipped by `surface`, as `clipped` has measured them; those of its first `seeds` vertices.
+    /// The cells of the first `seeds` vertices of `delaunay` clipped by `surface`, as [`Clipper::clip_first`](super::Clipper::clip_first)
+    /// has measured them.
     pub fn of(delaunay: &Delaunay, surface: &Surface, clipped: &ClippedVoronoi, seeds: usize) -> Polyhedra {
         // 1. and 2.
-        let (pieces, mut segments) = pieces::collect(delaunay.points(), surface, &clipped.adjacency);
+        let (pieces, mut segments) = pieces::collect(&delaunay.points()[..seeds], surface, &clipped.adjacency);
         segments.extend(segments::of_edges(delaunay, surface, clipped));
         let mut keys: Vec<Key> = segments.iter().flat_map(|s| [s.from, s.to]).collect();
         keys.extend(pieces.iter().flat_map(|p| &p.corners));
