@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::bisector::Bisector;
+use crate::geometry::predicates::Sign;
 
 /// Neighbours that are tested at once.
 const LANES: usize = 8;
@@ -75,19 +76,32 @@ impl Planes {
 
     /// The bisectors that may cut triangle `n`, whose corners, relative to the seed, are `corners`.
     pub(super) fn cutting<'a>(&'a self, n: usize, corners: [DVec3; 3]) -> impl Iterator<Item = Bisector> + 'a {
-        let [a, b, c] = corners.map(|y| y.length_squared());
-        let farthest = a.max(b).max(c).sqrt();
-        self.doubtful(n).map(move |k| {
-            let (block, l) = (&self.blocks[k / LANES], k % LANES);
-            let distance = block.distance[l];
-            Bisector {
-                seed: self.neighbors[k],
-                at: DVec3::new(block.at[0][l], block.at[1][l], block.at[2][l]),
-                d: self.values[n * self.blocks.len() + k / LANES].map(|lanes| lanes[l]),
-                // By Cauchy's inequality; the margin is for the roundings of this bound itself.
-                size: 1.000_001 * distance * (2.0 * farthest + distance),
-            }
-        })
+        let farthest = farthest(corners);
+        self.doubtful(n).map(move |k| self.bisector(n, k, farthest))
+    }
+
+    /// The bisector that alone may cut triangle `n`, if there is one and it is certain how: with its sides of the corners.
+    #[inline]
+    pub(super) fn sole(&self, n: usize, corners: [DVec3; 3]) -> Option<(Bisector, [Sign; 3])> {
+        let mut doubtful = self.doubtful(n);
+        let (Some(k), None) = (doubtful.next(), doubtful.next()) else { return None };
+        let bisector = self.bisector(n, k, farthest(corners));
+        let certain = bisector.d.iter().all(|d| d.abs() > SURE);
+        certain.then(|| (bisector, bisector.d.map(Sign::of)))
+    }
+
+    /// The bisector with neighbour `k` of the list on triangle `n`, whose farthest corner is so far from the seed.
+    #[inline]
+    fn bisector(&self, n: usize, k: usize, farthest: f64) -> Bisector {
+        let (block, l) = (&self.blocks[k / LANES], k % LANES);
+        let distance = block.distance[l];
+        Bisector {
+            seed: self.neighbors[k],
+            at: DVec3::new(block.at[0][l], block.at[1][l], block.at[2][l]),
+            d: self.values[n * self.blocks.len() + k / LANES].map(|lanes| lanes[l]),
+            // By Cauchy's inequality; the margin is for the roundings of this bound itself.
+            size: 1.000_001 * distance * (2.0 * farthest + distance),
+        }
     }
 
     /// The neighbours, by their place in the list, of which it is not certain that they are farther from triangle `n` than
@@ -107,6 +121,12 @@ impl Planes {
             })
         })
     }
+}
+
+/// The distance of the farthest of three points from the origin.
+fn farthest(corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|y| y.length_squared());
+    a.max(b).max(c).sqrt()
 }
 
 /// What has three corners.
@@ -187,6 +207,8 @@ mod tests {
                 let nearer = |k: &usize| triangle.iter().any(|p| p.distance(points[*k]) < p.distance(seed));
                 let expected: Vec<usize> = (0..count).filter(nearer).collect();
                 assert_eq!(found, expected);
+                let sole = planes.sole(n, triangle.map(|c| c - seed));
+                assert_eq!(sole.map(|s| s.0.seed), (found.len() == 1).then(|| neighbors[found[0]]));
                 for bisector in planes.cutting(n, triangle.map(|c| c - seed)) {
                     let at = points[bisector.seed as usize];
                     for (d, c) in bisector.d.into_iter().zip(triangle) {

@@ -84,7 +84,9 @@ impl Polygon {
     }
 
     /// Sets the lines of a triangle that is clipped [once](Clipped::Once).
-    pub(super) fn set_once(&mut self, j: usize, signs: [Sign; 3]) {
+    pub(super) fn set_once(&mut self, bisector: Bisector, signs: [Sign; 3]) {
+        self.bisectors.clear();
+        self.bisectors.push(bisector);
         self.lines.clear();
         for c in 0..3 {
             let (here, there) = (signs[c] == Sign::Positive, signs[(c + 1) % 3] == Sign::Positive);
@@ -92,7 +94,7 @@ impl Polygon {
                 self.lines.push(Line::Edge(c as u8));
             }
             if here && !there {
-                self.lines.push(Line::Bisector(j as u32));
+                self.lines.push(Line::Bisector(0));
             }
         }
     }

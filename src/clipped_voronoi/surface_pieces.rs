@@ -242,24 +242,27 @@ impl<'a> Cutter<'a> {
         let view = View { corners: panel.corners, seed: points[i as usize] };
         let face = sheet.face(t, panel, view.seed);
         let owners = panel.ids.map(|v| self.scene.owners.of()[v as usize]);
-        match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
-            Clipped::Nothing => return false,
-            Clipped::Whole => {
-                self.add_whole(i, &face, cell);
-                return true;
+        let mut once = self.planes.sole(n, face.corners).filter(|(_, signs)| *signs != [Sign::Negative; 3]);
+        if once.is_none() {
+            once = match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
+                Clipped::Nothing => return false,
+                Clipped::Whole => {
+                    self.add_whole(i, &face, cell);
+                    return true;
+                }
+                Clipped::Once(j, signs) => Some((self.polygon.bisectors[j], signs)),
+                Clipped::Often => None,
             }
-            Clipped::Once(j, signs)
-                if self.scene.weights.is_none() && !view.is_vague(&self.polygon.bisectors[j], signs) =>
-            {
-                let bisector = &self.polygon.bisectors[j];
-                self.slices.add_cut(&face, bisector, signs, bisector.at - view.seed);
+        }
+        if let Some((bisector, signs)) = once {
+            if self.scene.weights.is_none() && !view.is_vague(&bisector, signs) {
+                self.slices.add_cut(&face, &bisector, signs, bisector.at - view.seed);
                 if !owners.contains(&bisector.seed) {
                     self.beyond.push((bisector.seed, t));
                 }
                 return true;
             }
-            Clipped::Once(j, signs) => self.polygon.set_once(j, signs),
-            Clipped::Often => {}
+            self.polygon.set_once(bisector, signs);
         }
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(&view, face.corners, face.ids, &mut corners);
@@ -277,7 +280,7 @@ impl<'a> Cutter<'a> {
             match &self.scene.weights {
                 None => cell.add_tet(middle, segment[0], segment[1]),
                 Some(weights) => {
-                    let [from, to] = segment.map(|p| face.solid.at(p));
+                    let [from, to] = segment.map(|p| face.solid_at(p));
                     let densities = [weights.at_seed(i), weights.between(i, j), from, to];
                     cell.add_weighted_tet([middle, segment[0], segment[1]], densities);
                 }
