@@ -34,9 +34,8 @@ mod tests {
     fn it_sorts_like_a_sort_that_compares() {
         let mut rng = Rng::new(5, 0);
         for count in [0, 1, 2, 17, 5000] {
-            let items: Vec<(u32, u32)> = (0..3 * count)
-                .map(|_| ((rng.unit() * count as f64) as u32, (rng.unit() * 10.0) as u32))
-                .collect();
+            let items: Vec<(u32, u32)> =
+                (0..3 * count).map(|_| ((rng.unit() * count as f64) as u32, (rng.unit() * 10.0) as u32)).collect();
             let mut expected = items.clone();
             expected.sort_unstable();
             assert_eq!(sorted_by_bucket(&items, count, |item| item.0), expected);

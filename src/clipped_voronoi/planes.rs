@@ -49,7 +49,7 @@ impl Planes {
         seed: DVec3,
         neighbors: &[u32],
         points: &[DVec3],
-        triangles: &[impl Corners],
+        triangles: impl Iterator<Item = [DVec3; 3]>,
     ) {
         self.seed = seed;
         self.neighbors.clear();
@@ -129,31 +129,19 @@ fn farthest(corners: [DVec3; 3]) -> f64 {
     a.max(b).max(c).sqrt()
 }
 
-/// What has three corners.
-pub(super) trait Corners {
-    fn corners(&self) -> [DVec3; 3];
-}
-
-impl Corners for [DVec3; 3] {
-    #[inline(always)]
-    fn corners(&self) -> [DVec3; 3] {
-        *self
-    }
-}
-
 /// Compiled for each width of vectors; the operations, and so the answers, are the same in each.
-struct Test<'a, T> {
+struct Test<'a, I> {
     planes: &'a mut Planes,
-    triangles: &'a [T],
+    triangles: I,
 }
 
-impl<T: Corners> pulp::WithSimd for Test<'_, T> {
+impl<I: Iterator<Item = [DVec3; 3]>> pulp::WithSimd for Test<'_, I> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Planes { seed, blocks, values, doubts, .. } = self.planes;
-        for corners in self.triangles.iter().map(Corners::corners) {
+        for corners in self.triangles {
             let from_seed = corners.map(|c| c - *seed);
             for eight in blocks.chunks(BITS / LANES) {
                 let mut found = [0u64; LANES];
@@ -200,7 +188,7 @@ mod tests {
             let neighbors: Vec<u32> = (0..count as u32).collect();
             let triangles: Vec<[DVec3; 3]> = (0..20).map(|_| [0; 3].map(|_| point(0.5))).collect();
             let mut planes = Planes::default();
-            planes.set(pulp::Arch::new(), seed, &neighbors, &points, &triangles);
+            planes.set(pulp::Arch::new(), seed, &neighbors, &points, triangles.iter().copied());
             for (n, triangle) in triangles.iter().enumerate() {
                 let mut found: Vec<usize> = planes.doubtful(n).collect();
                 found.sort_unstable();

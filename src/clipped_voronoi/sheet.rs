@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::Density;
-use super::planes::Corners;
 use super::slices::Face;
 use crate::geometry::hilbert::hilbert_order;
 use crate::geometry::triangle::normal2;
@@ -32,13 +31,6 @@ pub(super) struct Panel {
     density: [f64; 3],
     /// Vertices of the surface.
     pub(super) ids: [u32; 3],
-}
-
-impl Corners for Panel {
-    #[inline(always)]
-    fn corners(&self) -> [DVec3; 3] {
-        self.corners
-    }
 }
 
 /// A function on the surface, linear on each triangle.
@@ -95,8 +87,8 @@ impl<'a> Sheet<'a> {
     pub(super) fn face(&self, t: u32, panel: &Panel, origin: DVec3) -> Face {
         let corners = panel.corners.map(|p| p - origin);
         let density = self.density.on(t, panel.density, corners[0]);
-        let solid = (!self.solid.at.is_empty())
-            .then(|| self.solid.on(t, self.solid.at_vertices(panel.ids), corners[0]));
+        let solid =
+            (!self.solid.at.is_empty()).then(|| self.solid.on(t, self.solid.at_vertices(panel.ids), corners[0]));
         Face { corners, ids: panel.ids, normal: panel.normal, density, solid }
     }
 

@@ -52,11 +52,7 @@ pub(super) struct Node {
 }
 
 impl Node {
-    const EMPTY: Node = Node {
-        min: [Vec4::INFINITY; 3],
-        max: [Vec4::NEG_INFINITY; 3],
-        child: [Child::NONE; WIDTH],
-    };
+    const EMPTY: Node = Node { min: [Vec4::INFINITY; 3], max: [Vec4::NEG_INFINITY; 3], child: [Child::NONE; WIDTH] };
 
     /// What there is, each with what a test says of its box.
     pub(super) fn children<T: Copy>(&self, tests: [T; WIDTH]) -> impl Iterator<Item = (T, Child)> {
@@ -90,9 +86,8 @@ impl Node {
 
     /// Whether a box meets the boxes.
     pub(super) fn meets(&self, min: [f32; 3], max: [f32; 3]) -> [bool; WIDTH] {
-        let along = |axis: usize| {
-            self.min[axis].cmple(Vec4::splat(max[axis])) & Vec4::splat(min[axis]).cmple(self.max[axis])
-        };
+        let along =
+            |axis: usize| self.min[axis].cmple(Vec4::splat(max[axis])) & Vec4::splat(min[axis]).cmple(self.max[axis]);
         bools(along(0) & along(1) & along(2))
     }
 
