@@ -132,6 +132,11 @@ fn closest_points_are_those_of_brute_force() {
             let found = tree.closest(p);
             assert_eq!((found.distance2, found.triangle), (distance2, t), "{name}: {p}");
             assert_eq!(found.point.distance_squared(p), distance2);
+            // A guess changes nothing, however good or bad.
+            for guess in [0, triangles.len() as u32 / 2, t] {
+                let corners = triangles[guess as usize].map(|v| shape.points[v as usize]);
+                assert_eq!(tree.closest_near(p, guess, corners), found, "{name}: {p} from {guess}");
+            }
         }
     }
 }

@@ -74,7 +74,7 @@ impl Cell {
         let height = face.normal.dot(a);
         for pair in corners[1..].windows(2) {
             let fan = [a, pair[0], pair[1]];
-            let [at_a, at_b, at_c] = fan.map(|p| face.solid.at(p));
+            let [at_a, at_b, at_c] = fan.map(|p| face.solid_at(p));
             let part = normal2(a, pair[0], pair[1]).dot(face.normal);
             self.add_weighted(height * part / 6.0, fan, [at_seed, at_a, at_b, at_c]);
         }

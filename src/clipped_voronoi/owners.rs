@@ -63,31 +63,26 @@ impl Owners {
     fn verify(&self, at: &[DVec3], points: &[DVec3], adjacency: &Adjacency, arch: pulp::Arch) -> Vec<(u32, u32)> {
         let parts: Vec<Vec<(u32, u32)>> = (0..points.len().div_ceil(SEEDS))
             .into_par_iter()
-            .map_init(
-                || (Planes::default(), Vec::new()),
-                |(planes, triples), block| {
-                    let mut changes = Vec::new();
-                    for i in block * SEEDS..((block + 1) * SEEDS).min(points.len()) {
-                        let own = self.vertices_of(i);
-                        if own.is_empty() {
-                            continue;
-                        }
-                        // Three at a time, as if they were triangles.
-                        triples.clear();
-                        let position = |v: &u32| at[*v as usize];
-                        let triple = |three: &[u32]| [0, 1, 2].map(|k| position(three.get(k).unwrap_or(&three[0])));
-                        triples.extend(own.chunks(3).map(triple));
-                        planes.set(arch, points[i], adjacency.of(i), points, triples);
-                        for (n, three) in own.chunks(3).enumerate() {
-                            if planes.doubtful(n).next().is_some() {
-                                let now = |v: u32| (v, owner(at[v as usize], i as u32, adjacency, points));
-                                changes.extend(three.iter().map(|&v| now(v)).filter(|&(_, j)| j != i as u32));
-                            }
+            .map_init(Planes::default, |planes, block| {
+                let mut changes = Vec::new();
+                for i in block * SEEDS..((block + 1) * SEEDS).min(points.len()) {
+                    let own = self.vertices_of(i);
+                    if own.is_empty() {
+                        continue;
+                    }
+                    // Three at a time, as if they were triangles.
+                    let position = |v: &u32| at[*v as usize];
+                    let triple = |three: &[u32]| [0, 1, 2].map(|k| position(three.get(k).unwrap_or(&three[0])));
+                    planes.set(arch, points[i], adjacency.of(i), points, own.chunks(3).map(triple));
+                    for (n, three) in own.chunks(3).enumerate() {
+                        if planes.doubtful(n).next().is_some() {
+                            let now = |v: u32| (v, owner(at[v as usize], i as u32, adjacency, points));
+                            changes.extend(three.iter().map(|&v| now(v)).filter(|&(_, j)| j != i as u32));
                         }
                     }
-                    changes
-                },
-            )
+                }
+                changes
+            })
             .collect();
         parts.concat()
     }

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::bisector::Bisector;
+use crate::geometry::predicates::Sign;
 
 /// Neighbours that are tested at once.
 const LANES: usize = 8;
@@ -48,7 +49,7 @@ impl Planes {
         seed: DVec3,
         neighbors: &[u32],
         points: &[DVec3],
-        triangles: &[impl Corners],
+        triangles: impl Iterator<Item = [DVec3; 3]>,
     ) {
         self.seed = seed;
         self.neighbors.clear();
@@ -75,19 +76,32 @@ impl Planes {
 
     /// The bisectors that may cut triangle `n`, whose corners, relative to the seed, are `corners`.
     pub(super) fn cutting<'a>(&'a self, n: usize, corners: [DVec3; 3]) -> impl Iterator<Item = Bisector> + 'a {
-        let [a, b, c] = corners.map(|y| y.length_squared());
-        let farthest = a.max(b).max(c).sqrt();
-        self.doubtful(n).map(move |k| {
-            let (block, l) = (&self.blocks[k / LANES], k % LANES);
-            let distance = block.distance[l];
-            Bisector {
-                seed: self.neighbors[k],
-                at: DVec3::new(block.at[0][l], block.at[1][l], block.at[2][l]),
-                d: self.values[n * self.blocks.len() + k / LANES].map(|lanes| lanes[l]),
-                // By Cauchy's inequality; the margin is for the roundings of this bound itself.
-                size: 1.000_001 * distance * (2.0 * farthest + distance),
-            }
-        })
+        let farthest = farthest(corners);
+        self.doubtful(n).map(move |k| self.bisector(n, k, farthest))
+    }
+
+    /// The bisector that alone may cut triangle `n`, if there is one and it is certain how: with its sides of the corners.
+    #[inline]
+    pub(super) fn sole(&self, n: usize, corners: [DVec3; 3]) -> Option<(Bisector, [Sign; 3])> {
+        let mut doubtful = self.doubtful(n);
+        let (Some(k), None) = (doubtful.next(), doubtful.next()) else { return None };
+        let bisector = self.bisector(n, k, farthest(corners));
+        let certain = bisector.d.iter().all(|d| d.abs() > SURE);
+        certain.then(|| (bisector, bisector.d.map(Sign::of)))
+    }
+
+    /// The bisector with neighbour `k` of the list on triangle `n`, whose farthest corner is so far from the seed.
+    #[inline]
+    fn bisector(&self, n: usize, k: usize, farthest: f64) -> Bisector {
+        let (block, l) = (&self.blocks[k / LANES], k % LANES);
+        let distance = block.distance[l];
+        Bisector {
+            seed: self.neighbors[k],
+            at: DVec3::new(block.at[0][l], block.at[1][l], block.at[2][l]),
+            d: self.values[n * self.blocks.len() + k / LANES].map(|lanes| lanes[l]),
+            // By Cauchy's inequality; the margin is for the roundings of this bound itself.
+            size: 1.000_001 * distance * (2.0 * farthest + distance),
+        }
     }
 
     /// The neighbours, by their place in the list, of which it is not certain that they are farther from triangle `n` than
@@ -109,31 +123,25 @@ impl Planes {
     }
 }
 
-/// What has three corners.
-pub(super) trait Corners {
-    fn corners(&self) -> [DVec3; 3];
-}
-
-impl Corners for [DVec3; 3] {
-    #[inline(always)]
-    fn corners(&self) -> [DVec3; 3] {
-        *self
-    }
+/// The distance of the farthest of three points from the origin.
+fn farthest(corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|y| y.length_squared());
+    a.max(b).max(c).sqrt()
 }
 
 /// Compiled for each width of vectors; the operations, and so the answers, are the same in each.
-struct Test<'a, T> {
+struct Test<'a, I> {
     planes: &'a mut Planes,
-    triangles: &'a [T],
+    triangles: I,
 }
 
-impl<T: Corners> pulp::WithSimd for Test<'_, T> {
+impl<I: Iterator<Item = [DVec3; 3]>> pulp::WithSimd for Test<'_, I> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Planes { seed, blocks, values, doubts, .. } = self.planes;
-        for corners in self.triangles.iter().map(Corners::corners) {
+        for corners in self.triangles {
             let from_seed = corners.map(|c| c - *seed);
             for eight in blocks.chunks(BITS / LANES) {
                 let mut found = [0u64; LANES];
@@ -180,13 +188,15 @@ mod tests {
             let neighbors: Vec<u32> = (0..count as u32).collect();
             let triangles: Vec<[DVec3; 3]> = (0..20).map(|_| [0; 3].map(|_| point(0.5))).collect();
             let mut planes = Planes::default();
-            planes.set(pulp::Arch::new(), seed, &neighbors, &points, &triangles);
+            planes.set(pulp::Arch::new(), seed, &neighbors, &points, triangles.iter().copied());
             for (n, triangle) in triangles.iter().enumerate() {
                 let mut found: Vec<usize> = planes.doubtful(n).collect();
                 found.sort_unstable();
                 let nearer = |k: &usize| triangle.iter().any(|p| p.distance(points[*k]) < p.distance(seed));
                 let expected: Vec<usize> = (0..count).filter(nearer).collect();
                 assert_eq!(found, expected);
+                let sole = planes.sole(n, triangle.map(|c| c - seed));
+                assert_eq!(sole.map(|s| s.0.seed), (found.len() == 1).then(|| neighbors[found[0]]));
                 for bisector in planes.cutting(n, triangle.map(|c| c - seed)) {
                     let at = points[bisector.seed as usize];
                     for (d, c) in bisector.d.into_iter().zip(triangle) {

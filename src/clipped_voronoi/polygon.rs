@@ -38,7 +38,6 @@ pub(super) struct Polygon {
     /// The lines of the edges, in order.
     pub(super) lines: Vec<Line>,
     next: Vec<Line>,
-    signs: Vec<Sign>,
 }
 
 impl Polygon {
@@ -84,7 +83,9 @@ impl Polygon {
     }
 
     /// Sets the lines of a triangle that is clipped [once](Clipped::Once).
-    pub(super) fn set_once(&mut self, j: usize, signs: [Sign; 3]) {
+    pub(super) fn set_once(&mut self, bisector: Bisector, signs: [Sign; 3]) {
+        self.bisectors.clear();
+        self.bisectors.push(bisector);
         self.lines.clear();
         for c in 0..3 {
             let (here, there) = (signs[c] == Sign::Positive, signs[(c + 1) % 3] == Sign::Positive);
@@ -92,7 +93,7 @@ impl Polygon {
                 self.lines.push(Line::Edge(c as u8));
             }
             if here && !there {
-                self.lines.push(Line::Bisector(j as u32));
+                self.lines.push(Line::Bisector(0));
             }
         }
     }
@@ -113,22 +114,19 @@ impl Polygon {
     /// Cuts off what lies beyond bisector `number` of the list, whose sides of the corners are `corners`.
     fn cut(&mut self, view: &View, number: usize, corners: [Sign; 3]) {
         let l = &self.bisectors[number];
-        let n = self.lines.len();
-        self.signs.clear();
-        for m in 0..n {
-            let sign = self.side(view, self.lines[(m + n - 1) % n], self.lines[m], l, corners);
-            self.signs.push(sign);
-        }
         self.next.clear();
-        let cut = Line::Bisector(number as u32);
-        for m in 0..n {
-            let (here, there) = (self.signs[m], self.signs[(m + 1) % n]);
+        let Some(&last) = self.lines.last() else { return };
+        let first = self.side(view, last, self.lines[0], l, corners);
+        let mut here = first;
+        for (m, &line) in self.lines.iter().enumerate() {
+            let there = self.lines.get(m + 1).map_or(first, |&next| self.side(view, line, next, l, corners));
             if here == Sign::Positive || there == Sign::Positive {
-                self.next.push(self.lines[m]);
+                self.next.push(line);
                 if there != Sign::Positive {
-                    self.next.push(cut);
+                    self.next.push(Line::Bisector(number as u32));
                 }
             }
+            here = there;
         }
         std::mem::swap(&mut self.lines, &mut self.next);
     }

@@ -3,16 +3,18 @@
 use glam::DVec3;
 
 use super::Density;
-use super::planes::Corners;
 use super::slices::Face;
+use crate::geometry::hilbert::hilbert_order;
 use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
 
 /// What does not change from one set of seeds to the next.
 pub(super) struct Sheet<'a> {
     pub(super) surface: &'a Surface,
-    /// All that is asked of each triangle, in one place.
+    /// All that is asked of each triangle, near in memory where it is near in space: along a Hilbert curve, as seeds are.
     panels: Vec<Panel>,
+    /// For each triangle, where.
+    place: Vec<u32>,
     /// The density of the surface.
     density: OnVertices,
     /// The density of the solid, on its surface.
@@ -31,13 +33,6 @@ pub(super) struct Panel {
     pub(super) ids: [u32; 3],
 }
 
-impl Corners for Panel {
-    #[inline(always)]
-    fn corners(&self) -> [DVec3; 3] {
-        self.corners
-    }
-}
-
 /// A function on the surface, linear on each triangle.
 #[derive(Default)]
 struct OnVertices {
@@ -50,14 +45,19 @@ struct OnVertices {
 impl<'a> Sheet<'a> {
     /// For `surface`, with an even density.
     pub(super) fn new(surface: &'a Surface) -> Sheet<'a> {
-        let panel = |(t, &ids): (usize, &[u32; 3])| Panel {
-            corners: surface.corners(t as u32),
-            normal: surface.normal2(t as u32).normalize_or_zero(),
+        let panel = |&t: &u32| Panel {
+            corners: surface.corners(t),
+            normal: surface.normal2(t).normalize_or_zero(),
             density: [1.0; 3],
-            ids,
+            ids: surface.triangles()[t as usize],
         };
-        let panels = surface.triangles().iter().enumerate().map(panel).collect();
-        Sheet { surface, panels, density: OnVertices::default(), solid: OnVertices::default() }
+        let count = surface.triangles().len();
+        let middles: Vec<DVec3> = (0..count as u32).map(|t| surface.corners(t).iter().sum::<DVec3>() / 3.0).collect();
+        let order = hilbert_order(&middles);
+        let mut place = vec![0; count];
+        (0..).zip(&order).for_each(|(k, &t)| place[t as usize] = k);
+        let panels = order.iter().map(panel).collect();
+        Sheet { surface, panels, place, density: OnVertices::default(), solid: OnVertices::default() }
     }
 
     /// From now on weighs the surface by `density`.
@@ -79,7 +79,7 @@ impl<'a> Sheet<'a> {
     /// Triangle `t`.
     #[inline]
     pub(super) fn panel(&self, t: u32) -> &Panel {
-        &self.panels[t as usize]
+        &self.panels[self.place[t as usize] as usize]
     }
 
     /// Triangle `t` relative to `origin`.
@@ -87,7 +87,8 @@ impl<'a> Sheet<'a> {
     pub(super) fn face(&self, t: u32, panel: &Panel, origin: DVec3) -> Face {
         let corners = panel.corners.map(|p| p - origin);
         let density = self.density.on(t, panel.density, corners[0]);
-        let solid = self.solid.on(t, self.solid.at_vertices(panel.ids), corners[0]);
+        let solid =
+            (!self.solid.at.is_empty()).then(|| self.solid.on(t, self.solid.at_vertices(panel.ids), corners[0]));
         Face { corners, ids: panel.ids, normal: panel.normal, density, solid }
     }
 

@@ -51,8 +51,15 @@ pub(super) struct Face {
     /// Its unit normal.
     pub(super) normal: DVec3,
     pub(super) density: Linear,
-    /// The density of the solid.
-    pub(super) solid: Linear,
+    /// The density of the solid, where that is not even.
+    pub(super) solid: Option<Linear>,
+}
+
+impl Face {
+    /// The density of the solid at a point of the triangle.
+    pub(super) fn solid_at(&self, p: DVec3) -> f64 {
+        self.solid.map_or(1.0, |solid| solid.at(p))
+    }
 }
 
 impl Slices {

@@ -17,7 +17,7 @@ use super::cell::Cell;
 use super::owners::Owners;
 use super::planes::Planes;
 use super::polygon::{Clipped, Line, Polygon};
-use super::sheet::{Panel, Sheet};
+use super::sheet::Sheet;
 use super::slices::{Face, Slices};
 use super::weighted::Weights;
 use super::{Crossing, SEEDS};
@@ -51,7 +51,6 @@ struct Cutter<'a> {
     corners: Vec<DVec3>,
     /// Triangles to be cut for one seed.
     triangles: Vec<u32>,
-    panels: Vec<Panel>,
     crossings: Vec<Crossing>,
     /// Seeds that own a piece of a triangle but none of its corners.
     beyond: Vec<Pair>,
@@ -149,7 +148,6 @@ impl<'a> Cutter<'a> {
             slices: Slices::default(),
             corners: Vec::new(),
             triangles: Vec::new(),
-            panels: Vec::new(),
             crossings: Vec::new(),
             beyond: Vec::new(),
         }
@@ -176,17 +174,14 @@ impl<'a> Cutter<'a> {
         let Scene { points, sheet, owners, .. } = self.scene;
         let seed = points[i as usize];
         self.triangles.clear();
-        self.panels.clear();
         for (t, whole) in owners.triangles_of(i as usize) {
             if sheet.surface.is_interface(t) != interface {
                 continue;
             }
-            let panel = sheet.panel(t);
             if whole {
-                self.add_whole(i, &sheet.face(t, panel, seed), cell);
+                self.add_whole(i, &sheet.face(t, sheet.panel(t), seed), cell);
             } else {
                 self.triangles.push(t);
-                self.panels.push(*panel);
             }
         }
         let from = self.crossings.len();
@@ -204,8 +199,6 @@ impl<'a> Cutter<'a> {
         let sheet = self.scene.sheet;
         self.triangles.clear();
         self.triangles.extend(pairs.iter().map(|p| p.1));
-        self.panels.clear();
-        self.panels.extend(pairs.iter().map(|p| *sheet.panel(p.1)));
         self.test(i);
         for (n, &pair) in pairs.iter().enumerate() {
             let mut piece = Cell::default();
@@ -220,8 +213,9 @@ impl<'a> Cutter<'a> {
     /// Finds the bisectors of seed `i` that may cut its triangles.
     fn test(&mut self, i: u32) {
         if !self.triangles.is_empty() {
-            let Scene { points, adjacency, arch, .. } = self.scene;
-            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, &self.panels);
+            let Scene { points, adjacency, sheet, arch, .. } = self.scene;
+            let corners = self.triangles.iter().map(|&t| sheet.panel(t).corners);
+            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, corners);
         }
     }
 
@@ -238,28 +232,31 @@ impl<'a> Cutter<'a> {
     fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
         let Scene { points, sheet, .. } = self.scene;
         let t = self.triangles[n];
-        let panel = &self.panels[n];
+        let panel = sheet.panel(t);
         let view = View { corners: panel.corners, seed: points[i as usize] };
         let face = sheet.face(t, panel, view.seed);
         let owners = panel.ids.map(|v| self.scene.owners.of()[v as usize]);
-        match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
-            Clipped::Nothing => return false,
-            Clipped::Whole => {
-                self.add_whole(i, &face, cell);
-                return true;
+        let mut once = self.planes.sole(n, face.corners).filter(|(_, signs)| *signs != [Sign::Negative; 3]);
+        if once.is_none() {
+            once = match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
+                Clipped::Nothing => return false,
+                Clipped::Whole => {
+                    self.add_whole(i, &face, cell);
+                    return true;
+                }
+                Clipped::Once(j, signs) => Some((self.polygon.bisectors[j], signs)),
+                Clipped::Often => None,
             }
-            Clipped::Once(j, signs)
-                if self.scene.weights.is_none() && !view.is_vague(&self.polygon.bisectors[j], signs) =>
-            {
-                let bisector = &self.polygon.bisectors[j];
-                self.slices.add_cut(&face, bisector, signs, bisector.at - view.seed);
+        }
+        if let Some((bisector, signs)) = once {
+            if self.scene.weights.is_none() && !view.is_vague(&bisector, signs) {
+                self.slices.add_cut(&face, &bisector, signs, bisector.at - view.seed);
                 if !owners.contains(&bisector.seed) {
                     self.beyond.push((bisector.seed, t));
                 }
                 return true;
             }
-            Clipped::Once(j, signs) => self.polygon.set_once(j, signs),
-            Clipped::Often => {}
+            self.polygon.set_once(bisector, signs);
         }
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(&view, face.corners, face.ids, &mut corners);
@@ -277,7 +274,7 @@ impl<'a> Cutter<'a> {
             match &self.scene.weights {
                 None => cell.add_tet(middle, segment[0], segment[1]),
                 Some(weights) => {
-                    let [from, to] = segment.map(|p| face.solid.at(p));
+                    let [from, to] = segment.map(|p| face.solid_at(p));
                     let densities = [weights.at_seed(i), weights.between(i, j), from, to];
                     cell.add_weighted_tet([middle, segment[0], segment[1]], densities);
                 }

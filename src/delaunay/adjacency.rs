@@ -54,7 +54,7 @@ impl Follower {
         match dirty {
             Some(dirty) if dirty.list.is_empty() => {}
             Some(dirty) => self.adjacency = self.adjacency.with_rows(&dirty, new),
-            None => self.adjacency = rows(new, count, count, |v| v),
+            None => self.adjacency = all_rows(new, count),
         }
         self.vertices.clear();
         self.vertices.extend_from_slice(new);
@@ -117,7 +117,7 @@ impl Adjacency {
             .collect();
         let touched = touched.concat();
         // 2. The neighbours of dirty vertices.
-        let new = rows(&touched, dirty.rank.len(), dirty.list.len(), |v| dirty.rank[v as usize]);
+        let new = rows(&touched, dirty.rank.len(), &dirty.list, |v| dirty.rank[v as usize]);
         // 3. All rows, one after another.
         let mut all = Adjacency {
             offsets: Vec::with_capacity(self.offsets.len()),
@@ -136,60 +136,65 @@ impl Adjacency {
 impl Delaunay {
     /// The edges of the triangulation between finite vertices, by vertex. Linear in the number of tets.
     pub fn adjacency(&self) -> Adjacency {
-        let count = self.points.len();
-        rows(&self.vertices, count, count, |v| v)
+        all_rows(&self.vertices, self.points.len())
     }
 }
 
-/// The neighbours among the first `count` vertices of some of them, as many as `wanted`, by their ranks: below that, or [`CLEAN`] where a
-/// vertex is not wanted. `tets` are all that have them as vertices.
-fn rows(tets: &[[u32; 4]], count: usize, wanted: usize, rank: impl Fn(u32) -> u32 + Sync) -> Adjacency {
-    let rank = |v: u32| if v as usize >= count { CLEAN } else { rank(v) };
-    // 1. The tets at each vertex, by counting; its own rank tells it from the others.
-    let mut starts = vec![0u32; wanted + 1];
-    for r in tets.iter().flatten().map(|&v| rank(v)).filter(|&r| r != CLEAN) {
-        starts[r as usize + 1] += 1;
-    }
-    prefix_sums(&mut starts);
-    let mut fill = starts.clone();
-    let mut tets_at = vec![0u32; starts[wanted] as usize];
+/// The neighbours of the first `count` vertices among themselves.
+fn all_rows(tets: &[[u32; 4]], count: usize) -> Adjacency {
+    let all: Vec<u32> = (0..count as u32).collect();
+    rows(tets, count, &all, |v| v)
+}
+
+/// The neighbours of the vertices `wanted` among the first `count`, to which they belong. `rank` is the place of a vertex in that list, or
+/// [`CLEAN`] where it is not in it; `tets` are all that have any of them.
+fn rows(tets: &[[u32; 4]], count: usize, wanted: &[u32], rank: impl Fn(u32) -> u32) -> Adjacency {
+    // 1. The tets at each of them, by counting; all others go to one more place, which is cheaper than to tell them apart.
+    let others = wanted.len() as u32;
+    let rank = |v: u32| if v as usize >= count { others } else { rank(v).min(others) } as usize;
+    let mut ends = vec![0u32; wanted.len() + 2];
+    tets.iter().flatten().for_each(|&v| ends[rank(v) + 1] += 1);
+    prefix_sums(&mut ends);
+    // From where the tets of each begin to where they end.
+    let mut tets_at = vec![0u32; 4 * tets.len()];
     for (t, tet) in tets.iter().enumerate() {
-        for r in tet.map(rank).into_iter().filter(|&r| r != CLEAN) {
-            tets_at[fill[r as usize] as usize] = t as u32;
-            fill[r as usize] += 1;
+        for r in tet.map(rank) {
+            tets_at[ends[r] as usize] = t as u32;
+            ends[r] += 1;
         }
     }
     // 2. The neighbours of each, once each.
     let of_block = |seen: &mut Vec<u32>, block: usize| {
-        let (mut ends, mut met, mut row) = (Vec::with_capacity(ROWS), Vec::with_capacity(20 * ROWS), Vec::new());
-        for r in (block * ROWS..((block + 1) * ROWS).min(wanted)).map(|r| r as u32) {
-            let around = &tets_at[starts[r as usize] as usize..starts[r as usize + 1] as usize];
-            row.clear();
-            row.resize(4 * around.len() + 1, 0);
+        let (mut row_ends, mut met, mut row) = (Vec::with_capacity(ROWS), Vec::with_capacity(20 * ROWS), Vec::new());
+        for r in block * ROWS..((block + 1) * ROWS).min(wanted.len()) {
+            let begin = if r == 0 { 0 } else { ends[r - 1] };
+            let around = &tets_at[begin as usize..ends[r] as usize];
+            row.resize((4 * around.len() + 1).max(row.len()), 0);
+            let mark = r as u32;
+            (seen[wanted[r] as usize], seen[count]) = (mark, mark);
             let mut found = 0;
             for &w in around.iter().flat_map(|&t| &tets[t as usize]) {
                 // Whether a vertex is new is hard to predict: write it in any case.
                 let place = (w as usize).min(count);
                 row[found] = w;
-                found += usize::from(seen[place] != r);
-                seen[place] = r;
+                found += usize::from(seen[place] != mark);
+                seen[place] = mark;
             }
-            row.truncate(found);
-            row.sort_unstable();
-            met.extend(row.iter().copied().filter(|&w| (w as usize) < count && rank(w) != r));
-            ends.push(met.len() as u32);
+            row[..found].sort_unstable();
+            met.extend_from_slice(&row[..found]);
+            row_ends.push(met.len() as u32);
         }
-        (ends, met)
+        (row_ends, met)
     };
     let blocks: Vec<(Vec<u32>, Vec<u32>)> =
-        (0..wanted.div_ceil(ROWS)).into_par_iter().map_init(|| vec![CLEAN; count + 1], of_block).collect();
+        (0..wanted.len().div_ceil(ROWS)).into_par_iter().map_init(|| vec![CLEAN; count + 1], of_block).collect();
     // 3. One after another.
-    let mut all = Adjacency { offsets: Vec::with_capacity(wanted + 1), neighbors: Vec::new() };
+    let mut all = Adjacency { offsets: Vec::with_capacity(wanted.len() + 1), neighbors: Vec::new() };
     all.offsets.push(0);
     all.neighbors.reserve_exact(blocks.iter().map(|b| b.1.len()).sum());
-    for (ends, met) in blocks {
+    for (row_ends, met) in blocks {
         let before = all.neighbors.len() as u32;
-        all.offsets.extend(ends.into_iter().map(|end| before + end));
+        all.offsets.extend(row_ends.into_iter().map(|end| before + end));
         all.neighbors.extend_from_slice(&met);
     }
     all

@@ -50,20 +50,31 @@ fn facet_normals(p: &[DVec3; 4]) -> [DVec3; 4] {
 /// By the arc tangent: sines and cosines both come from cross products, so that the angles of slivers are as accurate
 /// as those of a regular tet.
 pub fn dihedral_angles(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> [f64; 6] {
-    let p = [a, b, c, d];
+    sines_and_cosines([a, b, c, d]).map(|[sine, cosine]| sine.atan2(cosine).to_degrees())
+}
+
+/// Sine and cosine of the angle at each of [`EDGES`], both times some number that is not negative.
+fn sines_and_cosines(p: [DVec3; 4]) -> [[f64; 2]; 6] {
     let normals = facet_normals(&p);
-    let volume6 = volume6(a, b, c, d).abs();
+    let volume6 = volume6(p[0], p[1], p[2], p[3]).abs();
     // The facets at edge ij lie opposite the other two corners, k and l. For outward normals n_k and n_l,
     // |n_k x n_l| = |ij| 6V, and n_k . n_l is the cosine of the angle outside.
     std::array::from_fn(|e| {
         let [[i, j], [k, l]] = [EDGES[e], EDGES[5 - e]];
-        ((p[j] - p[i]).length() * volume6).atan2(-normals[k].dot(normals[l])).to_degrees()
+        [(p[j] - p[i]).length() * volume6, -normals[k].dot(normals[l])]
     })
 }
 
 /// The smallest dihedral angle, in degrees: 70.53 for a regular tet, 0 for a flat one.
 pub fn min_dihedral(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
-    dihedral_angles(a, b, c, d).into_iter().fold(f64::INFINITY, f64::min)
+    let all = sines_and_cosines([a, b, c, d]);
+    if all.iter().any(|sc| sc[0] == 0.0) {
+        return dihedral_angles(a, b, c, d).into_iter().fold(f64::INFINITY, f64::min);
+    }
+    // Of two angles below 180 degrees the sine of the difference tells the smaller.
+    let smaller = |x: [f64; 2], y: [f64; 2]| if y[0] * x[1] < x[0] * y[1] { y } else { x };
+    let [sine, cosine] = all.into_iter().reduce(smaller).expect("six angles: this is a bug in tetcvt");
+    sine.atan2(cosine).to_degrees()
 }
 
 /// Three times the radius of the inscribed sphere over that of the circumsphere: 1 for a regular tet, 0 for a flat one.

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::clipped_voronoi::ClippedVoronoi;
 use crate::delaunay::Delaunay;
-use crate::geometry::tetrahedron::{dihedral_angles, volume};
+use crate::geometry::tetrahedron::{min_dihedral, volume};
 use crate::seeds::{Anchor, Seeds};
 
 /// A tet with a smaller dihedral angle than this, in degrees, is a sliver.
@@ -62,7 +62,7 @@ pub(super) fn slivers(delaunay: &Delaunay, clipped: &ClippedVoronoi) -> usize {
     let points = delaunay.points();
     let is_sliver = |tet: &[u32; 4]| {
         let [a, b, c, d] = tet.map(|v| points[v as usize]);
-        dihedral_angles(a, b, c, d).into_iter().any(|angle| angle < SLIVER)
+        min_dihedral(a, b, c, d) < SLIVER
     };
     let tets = delaunay.vertices().par_iter().zip(&clipped.inside);
     tets.filter(|(tet, inside)| **inside && is_sliver(tet)).count()

@@ -70,7 +70,7 @@ impl Block<'_> {
             match self.polygon.clip(&view, bisectors) {
                 Clipped::Nothing => self.polygon.lines.clear(),
                 Clipped::Whole => self.polygon.set_whole(),
-                Clipped::Once(j, signs) => self.polygon.set_once(j, signs),
+                Clipped::Once(j, signs) => self.polygon.set_once(self.polygon.bisectors[j], signs),
                 Clipped::Often => {}
             }
             self.add_piece(t, i);
