@@ -58,6 +58,10 @@ mod outcome;
 
 mod patches;
 
+mod places;
+
+mod polish;
+
 mod regions;
 
 mod resize;
@@ -79,8 +83,8 @@ use walk::Walk;
 const POLISH_ROUNDS: usize = 2;
 
 /// Tets that the endgames treat at most, all together and the first: shares of all, and not fewer than these.
-const ENDGAME_SHARE: f64 = 0.6;
-const FIRST_ENDGAME_SHARE: f64 = 0.2;
+const ENDGAME_SHARE: f64 = 0.9;
+const FIRST_ENDGAME_SHARE: f64 = 0.3;
 const ENDGAME_LEAST: usize = 4_000;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
@@ -148,7 +152,7 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         if !goes_on(complex) {
             return;
         }
-        work.polish(complex, ground, 0);
+        polish::run(complex, ground, 0);
     }
     // 3.
     work.forget();
@@ -178,13 +182,13 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
             *complex = before;
             work.forget();
         }
-        work.polish(complex, ground, begun);
+        polish::run(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
         bind::release(complex, ground);
         work.run(complex, loose, all);
     }
     // 6.
-    work.polish(complex, ground, 0);
+    polish::run(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
     goes_on(complex);
 }

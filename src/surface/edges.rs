@@ -34,11 +34,32 @@ pub fn sorted(triangles: &[[u32; 3]]) -> Vec<([u32; 2], EdgeId)> {
 
 /// For each edge, the other one over the same two vertices; `triangles` are edge-manifold and closed.
 pub fn twins(triangles: &[[u32; 3]]) -> Vec<EdgeId> {
+    // By their lesser vertex, counted, and then each vertex's by the other.
+    let count = triangles.as_flattened().iter().max().map_or(0, |&v| v as usize + 1);
+    let mut end = vec![0; count + 1];
+    let edges = || {
+        (0..3 * triangles.len() as u32).map(|e| {
+            let [a, b] = ends(triangles, e);
+            (a.min(b), a.max(b), e)
+        })
+    };
+    edges().for_each(|(least, ..)| end[least as usize + 1] += 1);
+    for v in 0..count {
+        end[v + 1] += end[v];
+    }
+    let mut listed = vec![(0, 0, 0); 3 * triangles.len()];
+    for edge in edges() {
+        let place = &mut end[edge.0 as usize];
+        listed[*place] = edge;
+        *place += 1;
+    }
+    listed.chunk_by_mut(|x, y| x.0 == y.0).for_each(<[(u32, u32, EdgeId)]>::sort_unstable);
     let mut twin = vec![0; 3 * triangles.len()];
-    for pair in sorted(triangles).chunks_exact(2) {
-        assert_eq!(pair[0].0, pair[1].0, "the surface is closed and manifold: this is a bug in tetcvt");
-        twin[pair[0].1 as usize] = pair[1].1;
-        twin[pair[1].1 as usize] = pair[0].1;
+    for pair in listed.chunks_exact(2) {
+        let [(a, b, e), (c, d, f)] = [pair[0], pair[1]];
+        assert_eq!([a, b], [c, d], "the surface is closed and manifold: this is a bug in tetcvt");
+        twin[e as usize] = f;
+        twin[f as usize] = e;
     }
     twin
 }

@@ -80,29 +80,42 @@ fn at_most_two_tets(facets: &[TetFacet]) -> Result<(), String> {
 
 /// The facets of all tets in the order of their vertices.
 fn facets_of(mesh: &TetMesh) -> Vec<TetFacet> {
-    let keyed = |tet: &[u32; 4]| {
-        FACETS.map(|facet| {
-            let mut key = facet.map(|k| tet[k]);
-            key.sort_unstable();
-            key
-        })
-    };
     // By their first vertex, counted, and then each vertex's by themselves.
     let mut end = vec![0; mesh.points.len() + 1];
-    mesh.tets.iter().flat_map(keyed).for_each(|[first, ..]| end[first as usize + 1] += 1);
+    for tet in &mesh.tets {
+        let [least, second, ..] = ascending(*tet);
+        end[least.0 as usize + 1] += 3;
+        end[second.0 as usize + 1] += 1;
+    }
     for v in 0..mesh.points.len() {
         end[v + 1] += end[v];
     }
     let mut facets = vec![([0; 3], 0, 0); 4 * mesh.tets.len()];
     for (t, tet) in (0..).zip(&mesh.tets) {
-        for (i, key) in (0..).zip(keyed(tet)) {
+        let [a, b, c, d] = ascending(*tet);
+        let mut add = |key: [u32; 3], number: u8| {
             let place = &mut end[key[0] as usize];
-            facets[*place] = (key, t, i);
+            facets[*place] = (key, t, number);
             *place += 1;
-        }
+        };
+        add([b.0, c.0, d.0], a.1);
+        add([a.0, c.0, d.0], b.1);
+        add([a.0, b.0, d.0], c.1);
+        add([a.0, b.0, c.0], d.1);
     }
-    facets.chunk_by_mut(|a, b| a.0[0] == b.0[0]).for_each(<[TetFacet]>::sort_unstable);
+    facets.chunk_by_mut(|x, y| x.0[0] == y.0[0]).for_each(<[TetFacet]>::sort_unstable);
     facets
+}
+
+/// The vertices of a tet in ascending order, each with its place: the number of the facet opposite it.
+fn ascending([a, b, c, d]: [u32; 4]) -> [(u32, u8); 4] {
+    let order = |x: (u32, u8), y: (u32, u8)| if x.0 < y.0 { (x, y) } else { (y, x) };
+    let (a, b) = order((a, 0), (b, 1));
+    let (c, d) = order((c, 2), (d, 3));
+    let (a, c) = order(a, c);
+    let (b, d) = order(b, d);
+    let (b, c) = order(b, c);
+    [a, b, c, d]
 }
 
 /// A triangle turned so that its least vertex is first; its orientation stays.
