@@ -146,10 +146,9 @@ impl Smoother {
                 }
                 if let Some((to, freedom)) = ground.place(complex, v, direction * step)
                     && self.around.judge(to).is_some_and(|j| j.worst > worst + gain)
+                    && self.settle(complex, ground, v, to, freedom)
                 {
-                    if self.settle(complex, ground, v, to, freedom) {
-                        return true;
-                    }
+                    return true;
                 }
                 step *= 0.5;
             }
@@ -223,11 +222,9 @@ impl Smoother {
                         return None;
                     }
                     next = top.clamp(0.125 * step, 0.75 * step);
-                } else if worst >= bound {
-                    if self.keeps_to(complex, ground, v, to) {
-                        let qualities = self.around.qualities().to_vec();
-                        return Some(Move { vertex: v, to, freedom, qualities, strays: self.strays.clone() });
-                    }
+                } else if worst >= bound && self.keeps_to(complex, ground, v, to) {
+                    let qualities = self.around.qualities().to_vec();
+                    return Some(Move { vertex: v, to, freedom, qualities, strays: self.strays.clone() });
                 }
             }
             step = next;
