@@ -12,7 +12,7 @@
 
 use super::change::Change;
 use super::complex::{Complex, Facet, Freedom, Mark};
-use super::endgame::WORSE;
+use super::endgame::{self, WORSE};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
@@ -37,8 +37,26 @@ pub(super) const LACK: f64 = 0.035;
 /// Tets treated after a flip or split before it is judged.
 const TREATED: usize = 32;
 
+/// In the end so many places that stray by more than this share of the diagonal are tried once more, and so many tets treated
+/// for each.
+const LAST_PLACES: usize = 12;
+const FAR: f64 = 2.4e-3;
+const TREATED_LAST: usize = 400;
+const KEPT_LAST: f64 = 0.9;
+
 /// Rounds of looking for places: what mends one may leave another beside it.
 const ROUNDS: usize = 3;
+
+/// What a change at a place must come to.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    /// Places closer than this are well.
+    close: f64,
+    /// What tets may lack more to the floor.
+    lack: f64,
+    /// The share of its distance that the place may keep.
+    kept: f64,
+}
 
 /// What is tried at a place.
 #[derive(Clone, Copy, Debug)]
@@ -64,14 +82,31 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, l
             if complex.vertex_count() >= most {
                 return;
             }
-            // What was done elsewhere may have changed this place.
-            if !complex.is_crease(place.edge[0], place.edge[1]) && complex.edge_facets(place.edge).len() == 2 {
-                gained |= draw_in(complex, ground, work, (place, close, lack));
-            }
+            gained |= draw_in(complex, ground, work, (place, Bounds { close, lack, kept: KEPT }));
         }
         if !gained {
             return;
         }
+    }
+}
+
+/// Works off the few places that stray most by far, where nothing else went: one at a time, the tets that lack something to
+/// the floor afterwards being left to the endgame; none of it is kept unless that brings them back.
+pub(super) fn run_last(complex: &mut Complex, ground: &Ground, loose: &Ground, work: &mut Worklist) {
+    let close = CLOSE * ground.surface.diagonal();
+    let far = FAR * ground.surface.diagonal();
+    let places = places::find(complex, ground, (close, 0));
+    for place in places.into_iter().take_while(|p| p.distance > far).take(LAST_PLACES) {
+        let before = complex.clone();
+        let deficit = complex.deficit() * (1.0 + 1e-9) + 1e-15;
+        if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept: KEPT_LAST })) {
+            endgame::run(complex, loose, work, (false, work.treated() + TREATED_LAST));
+            if complex.deficit() <= deficit {
+                continue;
+            }
+        }
+        *complex = before;
+        work.forget();
     }
 }
 
@@ -133,9 +168,13 @@ fn draw_in(
     complex: &mut Complex,
     ground: &Ground,
     work: &mut Worklist,
-    (place, close, lack): (Place, f64, f64),
+    (place, Bounds { close, lack, kept }): (Place, Bounds),
 ) -> bool {
     let edge = place.edge;
+    // What was done elsewhere may have changed this place.
+    if complex.is_crease(edge[0], edge[1]) || complex.edge_facets(edge).len() != 2 {
+        return false;
+    }
     let mut around: Vec<u32> =
         complex.edge_facets(edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
     let samples = samples_around(complex, ground, edge);
@@ -148,7 +187,7 @@ fn draw_in(
     }
     let before = farthest(complex, &samples, &around).max(before);
     // Facets beside a ridge may stray more than they did, if the ridge comes closer.
-    let wide = &ground.within(KEPT * before);
+    let wide = &ground.within(kept * before);
     let qualities = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
     let least = qualities.fold(complex.floor() - lack, f64::min) - 1e-9;
     let known = around.len();
@@ -160,8 +199,8 @@ fn draw_in(
         around.extend(made);
         if made.is_some()
             && work.work_since(complex, ground, mark, aim)
-            && strays_since(complex, ground, mark) <= KEPT * before
-            && farthest(complex, &samples, &around) <= KEPT * before
+            && strays_since(complex, ground, mark) <= kept * before
+            && farthest(complex, &samples, &around) <= kept * before
         {
             complex.commit();
             return true;
@@ -177,7 +216,7 @@ fn ways(complex: &Complex, place: Place, keeps_vertices: bool) -> Vec<Way> {
     if let (Some((p, _)), false) = (place.tip, keeps_vertices) {
         let mut near: Vec<u32> =
             complex.edge_facets(place.edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
-        near.retain(|&v| matches!(complex.freedom[v as usize], Freedom::Surface(_)));
+        near.retain(|&v| matches!(complex.freedom[v as usize], Freedom::Surface(_) | Freedom::Held(_)));
         let away = |v: u32| complex.points[v as usize].distance_squared(p);
         near.sort_by(|&v, &w| away(v).total_cmp(&away(w)).then(v.cmp(&w)));
         near.dedup();

@@ -12,7 +12,8 @@
 //! 4. The boundary is brought closer to the surface where it strays most (`follow.rs`).
 //! 5. For the few tets that are stuck (`endgame.rs`): flips, contractions and splits of edges, each with its surroundings
 //!    improved anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
-//! 6. A last polish, and step 4 again, where no tet loses by it.
+//! 6. A last polish, and step 4 again, where no tet loses by it; the places that stray most by far once more, with what step 5
+//!    does for the tets there.
 //! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
@@ -190,17 +191,30 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     // 6.
     polish::run(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
+    let loose = &ground.loosened(&complex.facets, bound);
+    closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, loose, work));
     goes_on(complex);
 }
 
-/// Brings the boundary closer to the surface without a change of the count; tets may lack `lack` more to the floor afterwards.
+/// Brings the boundary closer to the surface; tets may lack `lack` more to the floor afterwards.
 fn draw_closer(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (count, lack): (usize, f64)) {
+    closer(complex, ground, work, count, |complex, work| follow::run(complex, ground, work, lack));
+}
+
+/// Lets the boundary be brought closer to the surface without a change of the count.
+fn closer(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    count: usize,
+    draw: impl FnOnce(&mut Complex, &mut Worklist),
+) {
     // Free seeds keep their distance from the surface.
     if !work.follows {
         return;
     }
     let before = complex.clone();
-    follow::run(complex, ground, work, lack);
+    draw(complex, work);
     if !endgame::restore_count(complex, ground, work, count) {
         *complex = before;
         work.forget();

@@ -51,10 +51,9 @@ fn on_boundary(complex: &Complex, ground: &Ground, (close, since): (f64, u32)) -
 fn on_surface(complex: &Complex, ground: &Ground, (close, since): (f64, u32)) -> Vec<Place> {
     let near = facets_near(complex, ground);
     let is_far = |v: usize| {
-        let Some(facet) = complex.facets.get(near[v] as usize) else { return since == 0 };
+        let Some(facet) = complex.facets.get(near[v] as usize) else { return true };
         let p = ground.surface.points()[v];
-        (since == 0 || facet.vertices.iter().any(|&v| complex.changed_beside(v, since)))
-            && triangle::closest_point(complex.corners(facet.vertices), p).distance_squared(p) > close * close
+        triangle::closest_point(complex.corners(facet.vertices), p).distance_squared(p) > close * close
     };
     let far: Vec<usize> = (0..near.len()).into_par_iter().filter(|&v| is_far(v)).collect();
     if far.is_empty() {
@@ -73,6 +72,9 @@ fn on_surface(complex: &Complex, ground: &Ground, (close, since): (f64, u32)) ->
         }
         let closest = tree.closest(p);
         let facet = facets[closest.triangle as usize];
+        if since > 0 && !facet.vertices.iter().any(|&v| complex.changed_beside(v, since)) {
+            return None;
+        }
         let [a, b] = nearest_edge(complex, facet, closest.point);
         let tip = ground.triangle_at(p, facet.face).map(|t| (p, t));
         Some(Place { distance: closest.distance2.sqrt(), edge: [a.min(b), a.max(b)], tip })
