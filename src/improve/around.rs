@@ -142,9 +142,7 @@ impl pulp::WithSimd for Judge<'_> {
             let (quality, smallest) = qualities_of(block, p);
             qualities.extend(quality);
             let known = (*count - i * LANES).min(LANES);
-            for l in 0..LANES {
-                worst = if quality[l] < worst { quality[l] } else { worst };
-            }
+            worst = quality.iter().fold(worst, |least, &x| smaller(x, least));
             sum += smallest[..known].iter().sum::<f64>();
         }
         (worst > INVERTED).then_some(Judgement { worst, sum })
@@ -195,9 +193,9 @@ impl pulp::WithSimd for FindAngles<'_> {
         let mut shortest2 = f64::INFINITY;
         for (block, Angles { value, gradient }) in blocks.iter().zip(angles) {
             let mut shortest = [0.0; LANES];
-            for l in 0..LANES {
+            for (l, shortest) in shortest.iter_mut().enumerate() {
                 let Slopes { cosine, slope, shortest2 } = slopes(block, p, l);
-                shortest[l] = shortest2;
+                *shortest = shortest2;
                 set(value, gradient, (0, l), cosine[0], slope[0]);
                 set(value, gradient, (1, l), cosine[1], slope[1]);
                 set(value, gradient, (2, l), cosine[2], slope[2]);

@@ -42,6 +42,7 @@ const TREATED: usize = 32;
 const LAST_PLACES: usize = 12;
 const FAR: f64 = 2.4e-3;
 const TREATED_LAST: usize = 400;
+/// The share of its distance that a place may keep then.
 const KEPT_LAST: f64 = 0.9;
 
 /// Rounds of looking for places: what mends one may leave another beside it.
@@ -97,16 +98,18 @@ pub(super) fn run_last(complex: &mut Complex, ground: &Ground, loose: &Ground, w
     let far = FAR * ground.surface.diagonal();
     let places = places::find(complex, ground, (close, 0));
     for place in places.into_iter().take_while(|p| p.distance > far).take(LAST_PLACES) {
-        let before = complex.clone();
         let deficit = complex.deficit() * (1.0 + 1e-9) + 1e-15;
-        if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept: KEPT_LAST })) {
-            endgame::run(complex, loose, work, (false, work.treated() + TREATED_LAST));
-            if complex.deficit() <= deficit {
-                continue;
+        for kept in [KEPT, KEPT_LAST] {
+            let before = complex.clone();
+            if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept })) {
+                endgame::run(complex, loose, work, (false, work.treated() + TREATED_LAST));
+                if complex.deficit() <= deficit {
+                    break;
+                }
             }
+            *complex = before;
+            work.forget();
         }
-        *complex = before;
-        work.forget();
     }
 }
 
