@@ -23,7 +23,6 @@ pub(super) struct Around {
     blocks: Vec<Block>,
     count: usize,
     arch: pulp::Arch,
-    steepest: Steepest,
     /// For each tet its six dihedral angles, with their gradients, as [`Around::angles`] found them.
     angles: Vec<Angles>,
     /// For each tet its quality, as [`Around::judge`] found it.
@@ -46,6 +45,8 @@ struct Angles {
     gradient: [[Lanes; 3]; 6],
 }
 
+const NO_ANGLES: Angles = Angles { value: [[0.0; LANES]; 6], gradient: [[[0.0; LANES]; 3]; 6] };
+
 /// The sum of the smallest dihedral angles, with its gradient.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Steepest {
@@ -57,14 +58,7 @@ pub(super) struct Steepest {
 
 impl Default for Around {
     fn default() -> Around {
-        Around {
-            blocks: Vec::new(),
-            count: 0,
-            arch: pulp::Arch::new(),
-            steepest: Steepest::default(),
-            angles: Vec::new(),
-            qualities: Vec::new(),
-        }
+        Around { blocks: Vec::new(), count: 0, arch: pulp::Arch::new(), angles: Vec::new(), qualities: Vec::new() }
     }
 }
 
@@ -76,14 +70,21 @@ impl Around {
         for link in links {
             let lane = self.count % LANES;
             if lane == 0 {
-                // Lanes without a tet of their own have the first one's.
-                self.blocks.push(link.map(|p| p.to_array().map(|x| [x; LANES])));
-            } else if let Some(block) = self.blocks.last_mut() {
-                for (corner, p) in block.iter_mut().zip(link) {
-                    corner.iter_mut().zip(p.to_array()).for_each(|(axis, x)| axis[lane] = x);
+                self.blocks.push([[[0.0; LANES]; 3]; 3]);
+            }
+            if let Some(block) = self.blocks.last_mut() {
+                for k in 0..3 {
+                    (block[k][0][lane], block[k][1][lane], block[k][2][lane]) = (link[k].x, link[k].y, link[k].z);
                 }
             }
             self.count += 1;
+        }
+        // Lanes without a tet of their own have the first one's.
+        if let (Some(block), known @ 1..) = (self.blocks.last_mut(), self.count % LANES) {
+            for axis in block.as_flattened_mut() {
+                let first = axis[0];
+                axis[known..].fill(first);
+            }
         }
     }
 
@@ -100,27 +101,27 @@ impl Around {
     }
 
     /// The sum of the smallest angles with the vertex at `p`, and where it grows fastest.
-    pub(super) fn steepest(&mut self, p: DVec3) -> Steepest {
-        self.find_angles(p);
-        self.steepest
+    pub(super) fn steepest(&self, p: DVec3) -> Steepest {
+        self.arch.dispatch(FindSteepest { around: self, p })
     }
 
-    /// Calls `visit` with all dihedral angles and their gradients, the vertex being at `p`; returns the square of its shortest edge.
-    pub(super) fn each_angle(&mut self, p: DVec3, mut visit: impl FnMut(f64, DVec3)) -> f64 {
-        self.find_angles(p);
-        for i in 0..self.count {
-            let (Angles { value, gradient }, lane) = (&self.angles[i / LANES], i % LANES);
-            for k in 0..6 {
-                visit(value[k][lane], DVec3::from_array(gradient[k].map(|axis| axis[lane])));
+    /// Calls `visit` with the dihedral angles below `least` or above `most`, and their gradients, the vertex being at `p`; returns the
+    /// square of its shortest edge.
+    pub(super) fn each_angle(&mut self, p: DVec3, [least, most]: [f64; 2], mut visit: impl FnMut(f64, DVec3)) -> f64 {
+        self.angles.resize(self.blocks.len(), NO_ANGLES);
+        let arch = self.arch;
+        let shortest2 = arch.dispatch(FindAngles { around: self, p });
+        for (i, Angles { value, gradient }) in self.angles.iter().enumerate() {
+            let known = (self.count - i * LANES).min(LANES);
+            for (value, [x, y, z]) in value.iter().zip(gradient) {
+                for l in 0..known {
+                    if value[l] < least || value[l] > most {
+                        visit(value[l], DVec3::new(x[l], y[l], z[l]));
+                    }
+                }
             }
         }
-        self.steepest.shortest2
-    }
-
-    fn find_angles(&mut self, p: DVec3) {
-        self.angles.clear();
-        let arch = self.arch;
-        self.steepest = arch.dispatch(FindAngles { around: self, p });
+        shortest2
     }
 }
 
@@ -141,9 +142,7 @@ impl pulp::WithSimd for Judge<'_> {
             let (quality, smallest) = qualities_of(block, p);
             qualities.extend(quality);
             let known = (*count - i * LANES).min(LANES);
-            for l in 0..LANES {
-                worst = if quality[l] < worst { quality[l] } else { worst };
-            }
+            worst = quality.iter().fold(worst, |least, &x| smaller(x, least));
             sum += smallest[..known].iter().sum::<f64>();
         }
         (worst > INVERTED).then_some(Judgement { worst, sum })
@@ -185,72 +184,138 @@ struct FindAngles<'a> {
 }
 
 impl pulp::WithSimd for FindAngles<'_> {
+    /// The square of the shortest edge.
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
+        let FindAngles { around: Around { blocks, angles, .. }, p } = self;
+        let mut shortest2 = f64::INFINITY;
+        for (block, Angles { value, gradient }) in blocks.iter().zip(angles) {
+            let mut shortest = [0.0; LANES];
+            for (l, shortest) in shortest.iter_mut().enumerate() {
+                let Slopes { cosine, slope, shortest2 } = slopes(block, p, l);
+                *shortest = shortest2;
+                set(value, gradient, (0, l), cosine[0], slope[0]);
+                set(value, gradient, (1, l), cosine[1], slope[1]);
+                set(value, gradient, (2, l), cosine[2], slope[2]);
+                set(value, gradient, (3, l), cosine[3], slope[3]);
+                set(value, gradient, (4, l), cosine[4], slope[4]);
+                set(value, gradient, (5, l), cosine[5], slope[5]);
+            }
+            shortest2 = shortest.iter().fold(shortest2, |least, &x| smaller(least, x));
+        }
+        shortest2
+    }
+}
+
+#[inline(always)]
+fn set(value: &mut [Lanes; 6], gradient: &mut [[Lanes; 3]; 6], (k, l): (usize, usize), cosine: f64, slope: [f64; 3]) {
+    value[k][l] = measure::acos(-cosine);
+    gradient[k][0][l] = slope[0];
+    gradient[k][1][l] = slope[1];
+    gradient[k][2][l] = slope[2];
+}
+
+struct FindSteepest<'a> {
+    around: &'a Around,
+    p: DVec3,
+}
+
+impl pulp::WithSimd for FindSteepest<'_> {
     type Output = Steepest;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Steepest {
-        let FindAngles { around: Around { blocks, count, angles, .. }, p } = self;
+        let FindSteepest { around: Around { blocks, count, .. }, p } = self;
         let mut all = Steepest { shortest2: f64::INFINITY, ..Steepest::default() };
         for (i, block) in blocks.iter().enumerate() {
-            let (found, shortest2) = angles_of(block, p);
-            let (mut least, mut rise) = (found.value[0], found.gradient[0]);
-            for k in 1..6 {
-                for l in 0..LANES {
-                    let is_less = found.value[k][l] < least[l];
-                    least[l] = if is_less { found.value[k][l] } else { least[l] };
-                    for axis in 0..3 {
-                        rise[axis][l] = if is_less { found.gradient[k][axis][l] } else { rise[axis][l] };
-                    }
-                }
+            let (mut least, mut shortest) = ([0.0; LANES], [0.0; LANES]);
+            let mut rise = [[0.0; LANES]; 3];
+            for l in 0..LANES {
+                let Slopes { cosine, slope, shortest2 } = slopes(block, p, l);
+                // The smallest angle is that of the normals that are the most opposite.
+                let far = lower(lower((cosine[0], slope[0]), (cosine[1], slope[1])), (cosine[2], slope[2]));
+                let near = lower(lower((cosine[3], slope[3]), (cosine[4], slope[4])), (cosine[5], slope[5]));
+                let (low, toward) = lower(far, near);
+                least[l] = measure::acos(-low);
+                rise[0][l] = toward[0];
+                rise[1][l] = toward[1];
+                rise[2][l] = toward[2];
+                shortest[l] = shortest2;
             }
             let known = (*count - i * LANES).min(LANES);
-            all.sum += least[..known].iter().sum::<f64>();
-            all.rise += DVec3::from_array(rise.map(|axis| axis[..known].iter().sum()));
-            all.shortest2 = shortest2.iter().fold(all.shortest2, |least, &x| smaller(least, x));
-            angles.push(found);
+            let sum = |lanes: &Lanes| lanes[..known].iter().sum::<f64>();
+            all.sum += sum(&least);
+            all.rise += DVec3::new(sum(&rise[0]), sum(&rise[1]), sum(&rise[2]));
+            all.shortest2 = shortest.iter().fold(all.shortest2, |least, &x| smaller(least, x));
         }
         all
     }
 }
 
-/// The dihedral angles of some tets with their gradients by `p`; and the square of the shortest edge at `p`.
+/// The one of two angles with the lower figure.
 #[inline(always)]
-fn angles_of(block: &Block, p: DVec3) -> (Angles, Lanes) {
-    let mut angles = Angles { value: [[0.0; LANES]; 6], gradient: [[[0.0; LANES]; 3]; 6] };
-    let mut shortest2 = [0.0; LANES];
-    for l in 0..LANES {
-        let [u, v, w] = edges(block, p, l);
-        let (ab, bc, ca) = (minus(v, u), minus(w, v), minus(u, w));
-        let (na, nb, nc) = (cross(w, v), cross(u, w), cross(v, u));
-        let np = cross(ab, minus(w, u));
-        let (ra2, rb2, rc2) = (1.0 / dot(na, na), 1.0 / dot(nb, nb), 1.0 / dot(nc, nc));
-        let rp = (1.0 / dot(np, np)).sqrt();
-        let (ra, rb, rc) = (ra2.sqrt(), rb2.sqrt(), rc2.sqrt());
-        let (ga, gb, gc) = (times(na, ra2), times(nb, rb2), times(nc, rc2));
-        let (u2, v2, w2) = (dot(u, u), dot(v, v), dot(w, w));
-        let (uv, vw, wu) = (dot(u, v), dot(v, w), dot(w, u));
-        let near = |g: [f64; 3], h: [f64; 3], length2: f64, [x, y]: [f64; 2]| {
-            let inverse = -1.0 / length2.sqrt();
-            let (x, y) = ((length2 - x) * inverse, (length2 - y) * inverse);
-            [g[0] * x + h[0] * y, g[1] * x + h[1] * y, g[2] * x + h[2] * y]
-        };
-        let found = [
-            (dot(na, np) * (ra * rp), times(ga, dot(bc, bc).sqrt())),
-            (dot(nb, np) * (rb * rp), times(gb, dot(ca, ca).sqrt())),
-            (dot(nc, np) * (rc * rp), times(gc, dot(ab, ab).sqrt())),
-            (dot(nb, nc) * (rb * rc), near(gc, gb, u2, [uv, wu])),
-            (dot(na, nc) * (ra * rc), near(ga, gc, v2, [vw, uv])),
-            (dot(na, nb) * (ra * rb), near(gb, ga, w2, [wu, vw])),
-        ];
-        for k in 0..6 {
-            angles.value[k][l] = measure::acos(-found[k].0);
-            for axis in 0..3 {
-                angles.gradient[k][axis][l] = found[k].1[axis];
-            }
-        }
-        shortest2[l] = smaller(smaller(u2, v2), w2);
+fn lower(a: (f64, [f64; 3]), b: (f64, [f64; 3])) -> (f64, [f64; 3]) {
+    let first = a.0 < b.0;
+    let value = if first { a.0 } else { b.0 };
+    let x = if first { a.1[0] } else { b.1[0] };
+    let y = if first { a.1[1] } else { b.1[1] };
+    let z = if first { a.1[2] } else { b.1[2] };
+    (value, [x, y, z])
+}
+
+/// The six dihedral angles of a tet with a corner that moves.
+struct Slopes {
+    /// The cosines between the outward normals, minus those of the angles.
+    cosine: [f64; 6],
+    /// The gradients of the angles by that corner.
+    slope: [[f64; 3]; 6],
+    /// The square of the shortest edge there.
+    shortest2: f64,
+}
+
+/// The dihedral angles of the tet in lane `l` with its first corner at `p`.
+#[inline(always)]
+fn slopes(block: &Block, p: DVec3, l: usize) -> Slopes {
+    let [u, v, w] = edges(block, p, l);
+    let (ab, bc, ca) = (minus(v, u), minus(w, v), minus(u, w));
+    let (na, nb, nc) = (cross(w, v), cross(u, w), cross(v, u));
+    let np = cross(ab, minus(w, u));
+    let (ra2, rb2, rc2) = (1.0 / dot(na, na), 1.0 / dot(nb, nb), 1.0 / dot(nc, nc));
+    let rp = (1.0 / dot(np, np)).sqrt();
+    let (ra, rb, rc) = (ra2.sqrt(), rb2.sqrt(), rc2.sqrt());
+    let (ga, gb, gc) = (times(na, ra2), times(nb, rb2), times(nc, rc2));
+    let (u2, v2, w2) = (dot(u, u), dot(v, v), dot(w, w));
+    let (uv, vw, wu) = (dot(u, v), dot(v, w), dot(w, u));
+    Slopes {
+        cosine: [
+            dot(na, np) * (ra * rp),
+            dot(nb, np) * (rb * rp),
+            dot(nc, np) * (rc * rp),
+            dot(nb, nc) * (rb * rc),
+            dot(na, nc) * (ra * rc),
+            dot(na, nb) * (ra * rb),
+        ],
+        slope: [
+            times(ga, dot(bc, bc).sqrt()),
+            times(gb, dot(ca, ca).sqrt()),
+            times(gc, dot(ab, ab).sqrt()),
+            shared(gc, gb, u2, [uv, wu]),
+            shared(ga, gc, v2, [vw, uv]),
+            shared(ga, gb, w2, [vw, wu]),
+        ],
+        shortest2: smaller(smaller(u2, v2), w2),
     }
-    (angles, shortest2)
+}
+
+/// The gradient by an end of the edge, whose square is `length2`: those by the far corners are `g` and `h`, their feet along the
+/// edge at `x` and `y`, times its length.
+#[inline(always)]
+fn shared(g: [f64; 3], h: [f64; 3], length2: f64, [x, y]: [f64; 2]) -> [f64; 3] {
+    let inverse = -1.0 / length2.sqrt();
+    let (x, y) = ((length2 - x) * inverse, (length2 - y) * inverse);
+    [g[0] * x + h[0] * y, g[1] * x + h[1] * y, g[2] * x + h[2] * y]
 }
 
 /// The edges from `p` in lane `l`.
@@ -277,7 +342,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 #[inline(always)]
 fn times(a: [f64; 3], by: f64) -> [f64; 3] {
-    a.map(|x| x * by)
+    [a[0] * by, a[1] * by, a[2] * by]
 }
 
 /// `f64::min` and `f64::max` without their rules for NaN.
@@ -296,6 +361,8 @@ mod tests {
     use super::*;
     use crate::geometry::tetrahedron;
     use crate::rng::Rng;
+
+    const ALL: [f64; 2] = [f64::INFINITY; 2];
 
     #[test]
     fn the_same_as_one_by_one() {
@@ -319,12 +386,22 @@ mod tests {
                 assert!((quality - measure::combined(extremes)).abs() < 1e-9);
             }
             let mut all = Vec::new();
-            let shortest2 = around.each_angle(p, |value, gradient| all.push((value, gradient)));
+            let shortest2 = around.each_angle(p, ALL, |value, gradient| all.push((value, gradient)));
             let steepest = around.steepest(p);
-            let least = all
-                .chunks(6)
-                .map(|six| six.iter().fold(six[0], |least, &angle| if angle.0 < least.0 { angle } else { least }));
-            let rise: DVec3 = least.map(|angle| angle.1).sum();
+            assert_eq!(all.len(), 6 * count);
+            let rise: DVec3 = links
+                .iter()
+                .map(|&link| {
+                    around.set(std::iter::once(link));
+                    let mut least = (f64::INFINITY, DVec3::ZERO);
+                    around.each_angle(p, ALL, |value, gradient| {
+                        if value < least.0 {
+                            least = (value, gradient);
+                        }
+                    });
+                    least.1
+                })
+                .sum();
             assert!((steepest.sum - sum).abs() < 1e-9 * sum && steepest.rise.distance(rise) < 1e-8 * rise.length());
             let nearest = links.iter().flatten().map(|q| q.distance_squared(p)).fold(9.0, f64::min);
             assert_eq!([steepest.shortest2, shortest2], [nearest; 2]);
@@ -353,7 +430,7 @@ mod tests {
             };
             around.set(std::iter::once([a, b, c]));
             let mut found = Vec::new();
-            around.each_angle(p, |value, gradient| found.push((value, gradient)));
+            around.each_angle(p, ALL, |value, gradient| found.push((value, gradient)));
             found.sort_by(|x, y| x.0.total_cmp(&y.0));
             let here = sorted(p);
             let distinct = here.windows(2).all(|w| w[1] - w[0] > 1e-3);

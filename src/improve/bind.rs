@@ -43,9 +43,7 @@ pub(super) fn load(mesh: &TetMesh, seeds: &Seeds, ground: &Ground) -> Complex {
         .map(|f| {
             let corners: [DVec3; 3] = f.vertices.map(|v| vertices[v as usize].point);
             let stray = ground.stray(corners);
-            let [a, b, c] = corners;
-            let faces = ground.surface.normal2(stray.triangle).dot(triangle::normal2(a, b, c)) > 0.0;
-            let facing = if faces { stray.triangle } else { ground.surface.facing(corners) };
+            let facing = ground.facing(corners, stray.triangle);
             Facet { vertices: f.vertices, face: ground.face[facing as usize], stray }
         })
         .collect();

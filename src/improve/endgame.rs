@@ -1,5 +1,7 @@
 //! The last tets below the floor, by splits and contractions of edges; and the count of vertices, made right again.
 
+use std::collections::HashMap;
+
 use super::change::Change;
 use super::complex::Complex;
 use super::flips::remove_edge;
@@ -17,8 +19,9 @@ pub(super) const WORSE: f64 = 0.05;
 /// Tries flips, contractions and splits around the tets that are left, until none helps or `until` tets were treated in all. The first
 /// time splits wait: they help seldom where the others can.
 pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (first, until): (bool, usize)) {
-    // The commit at which nothing helped a tet, by slot.
+    // The commit at which nothing helped a tet, by slot, and at which an operation on an edge did not help.
     let mut hopeless: Vec<u32> = Vec::new();
+    let mut vain = Vain::new();
     loop {
         let mut gained = false;
         for t in left(complex) {
@@ -33,7 +36,7 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (
             if work.treated() >= until {
                 return;
             }
-            if resolve(complex, ground, work, (t, first)) {
+            if resolve(complex, ground, work, (t, first), &mut vain) {
                 gained = true;
             } else {
                 hopeless[t as usize] = complex.commits() + 1;
@@ -54,7 +57,13 @@ pub(super) fn left(complex: &Complex) -> Vec<u32> {
 }
 
 /// Tries an operation on each of a tet's edges, keeps the first that helps; whether one did.
-fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, first): (u32, bool)) -> bool {
+fn resolve(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (t, first): (u32, bool),
+    vain: &mut Vain,
+) -> bool {
     let mut change = Change::default();
     let tet = complex.tets[t as usize];
     let deficit = complex.deficit() * (1.0 - 1e-9) - 1e-12;
@@ -68,6 +77,10 @@ fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, firs
     for &operation in operations {
         for [i, j] in EDGES {
             for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
+                let tried = vain.get(&(operation, ends)).copied();
+                if tried.is_some_and(|since| !ends.iter().any(|&v| complex.changed_beside(v, since))) {
+                    continue;
+                }
                 // None may be worse than the worst there was.
                 let star = ends.iter().flat_map(|&v| complex.star(v));
                 let least = star.map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min) - 1e-9;
@@ -89,6 +102,7 @@ fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, firs
                     return true;
                 }
                 complex.rollback(mark);
+                vain.insert((operation, ends), complex.commits());
             }
         }
     }
@@ -96,12 +110,15 @@ fn resolve(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (t, firs
 }
 
 /// What is tried on an edge, though it may gain nothing by itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Operation {
     Flip,
     Contraction,
     Split,
 }
+
+/// Operations on edges that did not help, which neighbouring tets share, each with the commit then.
+type Vain = HashMap<(Operation, [u32; 2]), u32>;
 
 /// How many edges are tried for each vertex too many or too few.
 const EDGES_TRIED: usize = 400;

@@ -210,16 +210,4 @@ impl Worklist {
         }
         moved
     }
-
-    /// One round of the polish: every vertex beside which something changed after commit `since` to where the sum of its
-    /// tets' smallest angles is larger.
-    pub(super) fn polish(&mut self, complex: &mut Complex, ground: &Ground, since: u32) {
-        let active = |&v: &u32| !complex.star(v).is_empty() && (since == 0 || complex.changed_beside(v, since));
-        let vertices: Vec<u32> = (0..complex.points.len() as u32).filter(active).collect();
-        for v in vertices {
-            if self.smoother.raise_sum(complex, ground, v) {
-                complex.commit();
-            }
-        }
-    }
 }

@@ -10,19 +10,17 @@
 //!
 //! The count of vertices is made right afterwards.
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use super::change::Change;
-use super::complex::{Complex, Facet, Freedom, Mark, NONE};
-use super::endgame::WORSE;
+use super::complex::{Complex, Facet, Freedom, Mark};
+use super::endgame::{self, WORSE};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
+use super::places::{self, Place, edge_stray, edges_of};
 use super::resize::{split, split_at};
 use crate::geometry::frame::snap;
 use crate::geometry::triangle;
-use crate::surface::box_tree::BoxTree;
+use glam::DVec3;
 
 /// Places that stray by less than this share of the surface's diagonal are well.
 const CLOSE: f64 = 2.0e-3;
@@ -39,17 +37,26 @@ pub(super) const LACK: f64 = 0.035;
 /// Tets treated after a flip or split before it is judged.
 const TREATED: usize = 32;
 
+/// In the end so many places that stray by more than this share of the diagonal are tried once more, and so many tets treated
+/// for each.
+const LAST_PLACES: usize = 12;
+const FAR: f64 = 2.4e-3;
+const TREATED_LAST: usize = 400;
+/// The share of its distance that a place may keep then.
+const KEPT_LAST: f64 = 0.9;
+
 /// Rounds of looking for places: what mends one may leave another beside it.
 const ROUNDS: usize = 3;
 
-/// A place where boundary and surface are apart.
+/// What a change at a place must come to.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    distance: f64,
-    /// An edge of the boundary there.
-    edge: [u32; 2],
-    /// The point of the surface there that is far from the boundary, with its triangle.
-    tip: Option<(DVec3, u32)>,
+struct Bounds {
+    /// Places closer than this are well.
+    close: f64,
+    /// What tets may lack more to the floor.
+    lack: f64,
+    /// The share of its distance that the place may keep.
+    kept: f64,
 }
 
 /// What is tried at a place.
@@ -67,19 +74,16 @@ enum Way {
 pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, lack: f64) {
     let close = CLOSE * ground.surface.diagonal();
     let most = complex.vertex_count() + (MOST * complex.vertex_count() as f64) as usize;
+    let mut since = 0;
     for _ in 0..ROUNDS {
-        let mut places = on_boundary(complex, ground, close);
-        places.extend(on_surface(complex, ground, close));
-        places.sort_by(|x, y| y.distance.total_cmp(&x.distance).then(x.edge.cmp(&y.edge)));
+        let places = places::find(complex, ground, (close, since));
+        since = complex.commits();
         let mut gained = false;
         for place in places {
             if complex.vertex_count() >= most {
                 return;
             }
-            // What was done elsewhere may have changed this place.
-            if !complex.is_crease(place.edge[0], place.edge[1]) && complex.edge_facets(place.edge).len() == 2 {
-                gained |= draw_in(complex, ground, work, (place, close, lack));
-            }
+            gained |= draw_in(complex, ground, work, (place, Bounds { close, lack, kept: KEPT }));
         }
         if !gained {
             return;
@@ -87,86 +91,26 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, l
     }
 }
 
-/// The edges of the boundary that stray, or whose facets do.
-fn on_boundary(complex: &Complex, ground: &Ground, close: f64) -> Vec<Place> {
-    complex
-        .facets
-        .par_iter()
-        .filter(|f| f.vertices[0] != NONE)
-        .flat_map_iter(|f| {
-            let inner = (f.stray.distance > close).then(|| (f.stray.distance, longest_edge(complex, f)));
-            let edges = edges_of(f.vertices).into_iter().filter(|e| e[0] < e[1]);
-            let along =
-                edges.filter_map(|e| Some((edge_stray_over(complex, ground, (e, f.stray.triangle), close)?, e)));
-            inner.into_iter().chain(along)
-        })
-        .map(|(distance, [a, b])| Place { distance, edge: [a.min(b), a.max(b)], tip: None })
-        .collect()
-}
-
-/// The vertices of the surface far from the boundary.
-fn on_surface(complex: &Complex, ground: &Ground, close: f64) -> Vec<Place> {
-    let facets: Vec<&Facet> = complex.facets.iter().filter(|f| f.vertices[0] != NONE).collect();
-    let triangles: Vec<[u32; 3]> = facets.iter().map(|f| f.vertices).collect();
-    let tree = BoxTree::build(&complex.points, &triangles);
-    ground
-        .surface
-        .points()
-        .par_iter()
-        .filter_map(|&p| {
-            let is_close = |f: u32| {
-                triangle::closest_point(complex.corners(triangles[f as usize]), p).distance_squared(p) <= close * close
-            };
-            if tree.any_near_box(p - close, p + close, is_close) {
-                return None;
+/// Works off the few places that stray most by far, where nothing else went: one at a time, the tets that lack something to
+/// the floor afterwards being left to the endgame; none of it is kept unless that brings them back.
+pub(super) fn run_last(complex: &mut Complex, ground: &Ground, loose: &Ground, work: &mut Worklist) {
+    let close = CLOSE * ground.surface.diagonal();
+    let far = FAR * ground.surface.diagonal();
+    let places = places::find(complex, ground, (close, 0));
+    for place in places.into_iter().take_while(|p| p.distance > far).take(LAST_PLACES) {
+        let deficit = complex.deficit() * (1.0 + 1e-9) + 1e-15;
+        for kept in [KEPT, KEPT_LAST] {
+            let before = complex.clone();
+            if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept })) {
+                endgame::run(complex, loose, work, (false, work.treated() + TREATED_LAST));
+                if complex.deficit() <= deficit {
+                    break;
+                }
             }
-            let closest = tree.closest(p);
-            let distance = closest.distance2.sqrt();
-            let facet = facets[closest.triangle as usize];
-            (distance > close).then(|| {
-                let [a, b] = nearest_edge(complex, facet, closest.point);
-                let triangle = ground.triangle_at(p, facet.face);
-                Place { distance, edge: [a.min(b), a.max(b)], tip: triangle.map(|t| (p, t)) }
-            })
-        })
-        .collect()
-}
-
-fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [b, c], [c, a]]
-}
-
-fn longest_edge(complex: &Complex, facet: &Facet) -> [u32; 2] {
-    let length2 = |e: [u32; 2]| complex.points[e[0] as usize].distance_squared(complex.points[e[1] as usize]);
-    let longest = |d: [u32; 2], e: [u32; 2]| if length2(e) > length2(d) { e } else { d };
-    let [d, e, f] = edges_of(facet.vertices);
-    longest(longest(d, e), f)
-}
-
-/// The edge of a facet next to a point of it.
-fn nearest_edge(complex: &Complex, facet: &Facet, p: DVec3) -> [u32; 2] {
-    let away = |e: [u32; 2]| {
-        let [a, b] = complex.corners(e);
-        triangle::closest_on_segment(a, b, p).distance_squared(p)
-    };
-    let nearest = |d: [u32; 2], e: [u32; 2]| if away(e) < away(d) { e } else { d };
-    let [d, e, f] = edges_of(facet.vertices);
-    nearest(nearest(d, e), f)
-}
-
-/// How far the middle of an edge is from the surface.
-fn edge_stray(complex: &Complex, ground: &Ground, [a, b]: [u32; 2]) -> f64 {
-    let middle = (complex.points[a as usize] + complex.points[b as usize]) * 0.5;
-    ground.surface.tree().closest(middle).distance2.sqrt()
-}
-
-/// The same if that is more than `close`; a triangle of the surface nearby is known.
-fn edge_stray_over(complex: &Complex, ground: &Ground, (edge, near): ([u32; 2], u32), close: f64) -> Option<f64> {
-    let [a, b] = complex.corners(edge);
-    if ground.walk.closest_from(near, (a + b) * 0.5).distance2 <= close * close {
-        return None;
+            *complex = before;
+            work.forget();
+        }
     }
-    Some(edge_stray(complex, ground, edge)).filter(|&away| away > close)
 }
 
 /// The most that an edge and its facets stray.
@@ -227,9 +171,13 @@ fn draw_in(
     complex: &mut Complex,
     ground: &Ground,
     work: &mut Worklist,
-    (place, close, lack): (Place, f64, f64),
+    (place, Bounds { close, lack, kept }): (Place, Bounds),
 ) -> bool {
     let edge = place.edge;
+    // What was done elsewhere may have changed this place.
+    if complex.is_crease(edge[0], edge[1]) || complex.edge_facets(edge).len() != 2 {
+        return false;
+    }
     let mut around: Vec<u32> =
         complex.edge_facets(edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
     let samples = samples_around(complex, ground, edge);
@@ -242,7 +190,7 @@ fn draw_in(
     }
     let before = farthest(complex, &samples, &around).max(before);
     // Facets beside a ridge may stray more than they did, if the ridge comes closer.
-    let wide = &ground.within(KEPT * before);
+    let wide = &ground.within(kept * before);
     let qualities = edge.iter().flat_map(|&v| complex.star(v)).map(|&t| complex.quality[t as usize]);
     let least = qualities.fold(complex.floor() - lack, f64::min) - 1e-9;
     let known = around.len();
@@ -254,8 +202,8 @@ fn draw_in(
         around.extend(made);
         if made.is_some()
             && work.work_since(complex, ground, mark, aim)
-            && strays_since(complex, ground, mark) <= KEPT * before
-            && farthest(complex, &samples, &around) <= KEPT * before
+            && strays_since(complex, ground, mark) <= kept * before
+            && farthest(complex, &samples, &around) <= kept * before
         {
             complex.commit();
             return true;
@@ -271,7 +219,7 @@ fn ways(complex: &Complex, place: Place, keeps_vertices: bool) -> Vec<Way> {
     if let (Some((p, _)), false) = (place.tip, keeps_vertices) {
         let mut near: Vec<u32> =
             complex.edge_facets(place.edge).iter().flat_map(|&f| complex.facets[f as usize].vertices).collect();
-        near.retain(|&v| matches!(complex.freedom[v as usize], Freedom::Surface(_)));
+        near.retain(|&v| matches!(complex.freedom[v as usize], Freedom::Surface(_) | Freedom::Held(_)));
         let away = |v: u32| complex.points[v as usize].distance_squared(p);
         near.sort_by(|&v, &w| away(v).total_cmp(&away(w)).then(v.cmp(&w)));
         near.dedup();

@@ -104,6 +104,14 @@ impl<'a> Ground<'a> {
         Stray { distance: closest.distance2.sqrt(), triangle: closest.triangle }
     }
 
+    /// The triangle of the surface that a facet stands for, as [`Surface::facing`] finds it; one nearby is known.
+    pub(super) fn facing(&self, [a, b, c]: [DVec3; 3], near: u32) -> u32 {
+        let center = triangle::centroid(a, b, c);
+        let closest = self.surface.tree().closest_near(center, near, self.surface.corners(near)).triangle;
+        let faces = self.surface.normal2(closest).dot(triangle::normal2(a, b, c)) > 0.0;
+        if faces { closest } else { self.surface.facing([a, b, c]) }
+    }
+
     /// Whether facets may stray no farther than where the bounds were `reach`.
     pub(super) fn is_within(&self, reach: [f64; 2]) -> bool {
         self.limit <= reach[0] && self.share <= reach[1]

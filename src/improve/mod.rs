@@ -12,7 +12,8 @@
 //! 4. The boundary is brought closer to the surface where it strays most (`follow.rs`).
 //! 5. For the few tets that are stuck (`endgame.rs`): flips, contractions and splits of edges, each with its surroundings
 //!    improved anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
-//! 6. A last polish, and step 4 again, where no tet loses by it.
+//! 6. A last polish, and step 4 again, where no tet loses by it; the places that stray most by far once more, with what step 5
+//!    does for the tets there.
 //! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
@@ -58,6 +59,10 @@ mod outcome;
 
 mod patches;
 
+mod places;
+
+mod polish;
+
 mod regions;
 
 mod resize;
@@ -79,8 +84,8 @@ use walk::Walk;
 const POLISH_ROUNDS: usize = 2;
 
 /// Tets that the endgames treat at most, all together and the first: shares of all, and not fewer than these.
-const ENDGAME_SHARE: f64 = 0.6;
-const FIRST_ENDGAME_SHARE: f64 = 0.2;
+const ENDGAME_SHARE: f64 = 0.9;
+const FIRST_ENDGAME_SHARE: f64 = 0.3;
 const ENDGAME_LEAST: usize = 4_000;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
@@ -148,7 +153,7 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         if !goes_on(complex) {
             return;
         }
-        work.polish(complex, ground, 0);
+        polish::run(complex, ground, 0);
     }
     // 3.
     work.forget();
@@ -178,25 +183,38 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
             *complex = before;
             work.forget();
         }
-        work.polish(complex, ground, begun);
+        polish::run(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
         bind::release(complex, ground);
         work.run(complex, loose, all);
     }
     // 6.
-    work.polish(complex, ground, 0);
+    polish::run(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
+    let loose = &ground.loosened(&complex.facets, bound);
+    closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, loose, work));
     goes_on(complex);
 }
 
-/// Brings the boundary closer to the surface without a change of the count; tets may lack `lack` more to the floor afterwards.
+/// Brings the boundary closer to the surface; tets may lack `lack` more to the floor afterwards.
 fn draw_closer(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (count, lack): (usize, f64)) {
+    closer(complex, ground, work, count, |complex, work| follow::run(complex, ground, work, lack));
+}
+
+/// Lets the boundary be brought closer to the surface without a change of the count.
+fn closer(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    count: usize,
+    draw: impl FnOnce(&mut Complex, &mut Worklist),
+) {
     // Free seeds keep their distance from the surface.
     if !work.follows {
         return;
     }
     let before = complex.clone();
-    follow::run(complex, ground, work, lack);
+    draw(complex, work);
     if !endgame::restore_count(complex, ground, work, count) {
         *complex = before;
         work.forget();

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::complex::{Complex, Freedom, NONE};
+use super::complex::{Complex, Facet, Freedom, NONE};
 use super::ground::Ground;
 use super::{endgame, measure, regions, volume};
 use crate::geometry::tetrahedron::{self, EDGES};
@@ -43,20 +43,21 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground, patch:
         Some(regions) => regions.of_facets[f],
         None => [complex.region[complex.facets[f].vertices[0] as usize] as i32, -1],
     };
-    let mut tets: Vec<([u32; 4], u32)> = (0..complex.tets.len())
+    let tets: Vec<([u32; 4], u32)> = (0..complex.tets.len())
         .filter(|&t| complex.is_alive(t as u32))
         .map(|t| (complex.tets[t].map(|v| place[v as usize]), of_tet(t)))
         .collect();
-    tets.sort_by_key(|(t, _)| t.iter().copied().min());
-    mesh.tets = tets.iter().map(|t| t.0).collect();
-    mesh.regions = tets.iter().map(|t| t.1).collect();
+    let mut order: Vec<(u32, u32)> = (0..).zip(&tets).map(|(t, (tet, _))| (least(*tet), t)).collect();
+    order.sort_unstable();
+    mesh.tets = order.iter().map(|&(_, t)| tets[t as usize].0).collect();
+    mesh.regions = order.iter().map(|&(_, t)| tets[t as usize].1).collect();
     let facets: Vec<usize> = (0..complex.facets.len()).filter(|&f| complex.facets[f].vertices[0] != NONE).collect();
     mesh.boundary = facets
         .par_iter()
         .map(|&f| {
-            let vertices = complex.facets[f].vertices;
+            let Facet { vertices, stray, .. } = complex.facets[f];
             let [inside, outside] = of_facet(f);
-            let closest = surface.facing(complex.corners(vertices)) as usize;
+            let closest = ground.facing(complex.corners(vertices), stray.triangle) as usize;
             BoundaryTriangle {
                 vertices: vertices.map(|v| place[v as usize]),
                 region_inside: inside as u32,
@@ -67,6 +68,10 @@ pub(super) fn store(before: &TetMesh, complex: &Complex, ground: &Ground, patch:
         })
         .collect();
     mesh
+}
+
+fn least([a, b, c, d]: [u32; 4]) -> u32 {
+    a.min(b).min(c).min(d)
 }
 
 /// What became of the floor, for a human: reached, or how many tets are below it, where the worst is and why.

@@ -49,9 +49,6 @@ pub(super) fn least_gain(worst: f64, floor: f64) -> f64 {
 /// Steps towards the shortest vector of the hull.
 const HULL_STEPS: usize = 24;
 
-/// Of the trial steps, those that would take a facet too far from the surface: shorter ones seldom do not.
-const STRAYING_TRIALS: usize = 2;
-
 /// What is known of the tets around a vertex; its buffers are used again.
 #[derive(Debug, Default)]
 pub(super) struct Smoother {
@@ -91,7 +88,8 @@ impl Smoother {
         self.around.set(star.iter().map(|&t| {
             let tet = complex.tets[t as usize];
             let at = tet.iter().position(|&u| u == v).expect("a star's tets have its vertex: this is a bug in tetcvt");
-            FACETS[at].map(|k| complex.points[tet[k] as usize])
+            let [i, j, k] = FACETS[at];
+            [complex.points[tet[i] as usize], complex.points[tet[j] as usize], complex.points[tet[k] as usize]]
         }));
         worst_of(complex, v)
     }
@@ -142,18 +140,15 @@ impl Smoother {
                     step = step.min((piece.value - worst) / (rate - slope));
                 }
             }
-            let mut straying = 0;
             for _ in 0..TRIALS {
-                if rate * step < gain || straying == STRAYING_TRIALS {
+                if rate * step < gain {
                     break;
                 }
                 if let Some((to, freedom)) = ground.place(complex, v, direction * step)
                     && self.around.judge(to).is_some_and(|j| j.worst > worst + gain)
+                    && self.settle(complex, ground, v, to, freedom)
                 {
-                    if self.settle(complex, ground, v, to, freedom) {
-                        return true;
-                    }
-                    straying += 1;
+                    return true;
                 }
                 step *= 0.5;
             }
@@ -166,56 +161,55 @@ impl Smoother {
         let Smoother { around, pieces, .. } = self;
         pieces.clear();
         let most = worst + HORIZON;
-        around.each_angle(from, |value, gradient| {
+        around.each_angle(from, [most, PI - most / LARGE_WEIGHT], |value, gradient| {
+            let gradient = tangent.project(gradient);
             if value < most {
-                pieces.push(Piece { value, gradient: tangent.project(gradient) });
-            }
-            let large = LARGE_WEIGHT * (PI - value);
-            if large < most {
-                pieces.push(Piece { value: large, gradient: tangent.project(gradient) * -LARGE_WEIGHT });
+                pieces.push(Piece { value, gradient });
+            } else {
+                pieces.push(Piece { value: LARGE_WEIGHT * (PI - value), gradient: gradient * -LARGE_WEIGHT });
             }
         })
     }
 
     /// Moves the vertex to where its tets were just judged, unless a facet around it would stray from the surface.
     fn settle(&mut self, complex: &mut Complex, ground: &Ground, v: u32, to: DVec3, freedom: Freedom) -> bool {
-        self.strays.clear();
-        if complex.on_boundary(v) {
-            let before =
-                complex.facets_of(v).iter().map(|&f| complex.facets[f as usize].stray.distance).fold(0.0, f64::max);
-            for &f in complex.facets_of(v) {
-                let Facet { vertices, stray, .. } = complex.facets[f as usize];
-                let corners = vertices.map(|u| if u == v { to } else { complex.points[u as usize] });
-                let stray = ground.stray_near(corners, stray.triangle);
-                if !ground.allows(corners, stray, before) {
-                    return false;
-                }
-                self.strays.push((f, stray));
-            }
+        if !self.keeps_to(complex, ground, v, to) {
+            return false;
         }
         complex.move_judged(v, to, freedom, self.around.qualities());
-        for &(f, stray) in &self.strays {
-            complex.set_stray(f, stray);
-        }
+        self.strays.iter().for_each(|&(f, stray)| complex.set_stray(f, stray));
         true
     }
 
-    /// Moves `v` so that the sum of its tets' smallest angles grows while none falls below the floor, or below the worst
-    /// that there was; whether it did.
-    pub(super) fn raise_sum(&mut self, complex: &mut Complex, ground: &Ground, v: u32) -> bool {
-        let Some(tangent) = ground.tangent(complex, v) else { return false };
-        let worst = self.gather(complex, v);
+    /// Whether no facet around the vertex would stray from the surface; notes how far they do.
+    fn keeps_to(&mut self, complex: &Complex, ground: &Ground, v: u32, to: DVec3) -> bool {
+        self.strays.clear();
+        let facets = complex.facets_of(v);
+        let before = facets.iter().map(|&f| complex.facets[f as usize].stray.distance).fold(0.0, f64::max);
+        facets.iter().all(|&f| {
+            let Facet { vertices, stray, .. } = complex.facets[f as usize];
+            let corners = vertices.map(|u| if u == v { to } else { complex.points[u as usize] });
+            let stray = ground.stray_near(corners, stray.triangle);
+            self.strays.push((f, stray));
+            ground.allows(corners, stray, before)
+        })
+    }
+
+    /// A move of `v` so that the sum of its tets' smallest angles grows while none falls below the floor, or below the worst
+    /// that there was.
+    pub(super) fn rise(&mut self, complex: &Complex, ground: &Ground, v: u32) -> Option<Move> {
+        let tangent = ground.tangent(complex, v)?;
+        self.gather(complex, v);
         let Steepest { sum, rise, shortest2 } = self.around.steepest(complex.points[v as usize]);
         let rise = tangent.project(rise);
-        let Some(direction) = rise.try_normalize() else { return false };
+        let direction = rise.try_normalize()?;
         let rate = rise.length();
         let mut step = POLISH_STEP * shortest2.sqrt();
-        let bound = complex.floor().min(worst);
-        let mut straying = 0;
+        let bound = complex.floor().min(worst_of(complex, v));
         for _ in 0..TRIALS {
             // The sum bends down along the way: it grows by less than this.
-            if rate * step <= POLISH_GAIN || straying == STRAYING_TRIALS {
-                return false;
+            if rate * step <= POLISH_GAIN {
+                return None;
             }
             let mut next = 0.5 * step;
             if let Some((to, freedom)) = ground.place(complex, v, direction * step)
@@ -225,19 +219,35 @@ impl Smoother {
                     // To the top of the parabola through what is known of the sum along the way.
                     let top = 0.5 * rate * step * step / (rate * step + sum - found);
                     if 0.5 * rate * top <= POLISH_GAIN {
-                        return false;
+                        return None;
                     }
                     next = top.clamp(0.125 * step, 0.75 * step);
-                } else if worst >= bound {
-                    if self.settle(complex, ground, v, to, freedom) {
-                        return true;
-                    }
-                    straying += 1;
+                } else if worst >= bound && self.keeps_to(complex, ground, v, to) {
+                    let qualities = self.around.qualities().to_vec();
+                    return Some(Move { vertex: v, to, freedom, qualities, strays: self.strays.clone() });
                 }
             }
             step = next;
         }
-        false
+        None
+    }
+}
+
+/// A move of a vertex, with what becomes of its tets and of the facets around it.
+#[derive(Clone, Debug)]
+pub(super) struct Move {
+    vertex: u32,
+    to: DVec3,
+    freedom: Freedom,
+    qualities: Vec<f64>,
+    strays: Vec<(u32, Stray)>,
+}
+
+impl Move {
+    /// Makes the move: nothing around the vertex has changed since it was found.
+    pub(super) fn apply(&self, complex: &mut Complex) {
+        complex.move_judged(self.vertex, self.to, self.freedom, &self.qualities);
+        self.strays.iter().for_each(|&(f, stray)| complex.set_stray(f, stray));
     }
 }
 

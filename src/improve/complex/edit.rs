@@ -201,10 +201,15 @@ impl Complex {
         self.touched[v as usize] = self.changes;
     }
 
+    /// Whether something changed after commit `since` at vertex `v`.
+    pub(in crate::improve) fn changed_at(&self, v: u32, since: u32) -> bool {
+        self.stamps.get(v as usize).is_some_and(|&s| s > since)
+    }
+
     /// Whether something changed after commit `since` at vertex `v` or one beside it.
     pub(in crate::improve) fn changed_beside(&self, v: u32, since: u32) -> bool {
         let mut beside = self.star(v).iter().flat_map(|&t| self.tets[t as usize]);
-        beside.any(|u| self.stamps.get(u as usize).is_some_and(|&s| s > since))
+        beside.any(|u| self.changed_at(u, since))
     }
 
     /// The last commit that changed something at a vertex of a tet beside tet `t`.
