@@ -95,7 +95,7 @@ pub fn until_valid(
     observer: &mut dyn Observer,
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
-    let mut best = (usize::MAX, 0);
+    let mut progress = Progress::default();
     let mut crowded = Crowded::default();
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
@@ -120,8 +120,7 @@ pub fn until_valid(
             return Ok(labels);
         }
         let donors = donors(relaxation, &sampling, &proposals);
-        best = best.min((fatal.len(), round));
-        let hopeless = round == ROUNDS || round > best.1 + STUCK_ROUNDS;
+        let hopeless = round == ROUNDS || progress.is_stuck(&fatal, round);
         if let Some(first) = fatal.first()
             && (proposals.is_empty() || hopeless || donors.is_empty())
         {
@@ -138,6 +137,28 @@ pub fn until_valid(
         }
     }
     unreachable!("the last round returns: this is a bug in tetcvt")
+}
+
+/// What the rounds have brought so far. Holes and handles are looked at only where the boundary is a manifold: the two states
+/// count for themselves.
+#[derive(Default)]
+struct Progress {
+    /// The fewest defects of a boundary that is no manifold, and of one that is.
+    fewest: [Option<usize>; 2],
+    last: usize,
+}
+
+impl Progress {
+    /// Takes note of the defects of a round; whether the last rounds brought nothing.
+    fn is_stuck(&mut self, fatal: &[&Defect], round: usize) -> bool {
+        let is_manifold = !fatal.iter().any(|d| d.kind < DefectKind::UnusedSeed);
+        let fewest = &mut self.fewest[usize::from(is_manifold)];
+        if fewest.is_none_or(|f| fatal.len() < f) {
+            *fewest = Some(fatal.len());
+            self.last = round;
+        }
+        round > self.last + STUCK_ROUNDS
+    }
 }
 
 /// Where to put seeds to mend `defects`.
