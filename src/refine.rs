@@ -42,6 +42,9 @@ const MOST_SPLITS: usize = 100;
 /// The same for creases that are noise.
 const MOST_SPLITS_OF_NOISE: usize = 250;
 
+/// Creases that are noise are not split within this share of the spacing of another crease's seed.
+const BESIDE: f64 = 0.25;
+
 /// The few.
 const FEW_SPLITS: usize = 8;
 
@@ -198,8 +201,17 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowded
     let (count, noise) = (sampling.kinds.len(), splits.iter().filter(|s| !is_whole(&s.1)).count());
     crowded.noise |= noise > count / MOST_SPLITS_OF_NOISE + FEW_SPLITS;
     crowded.all |= splits.len() - noise > count / MOST_SPLITS + FEW_SPLITS;
-    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !crowded.noise));
+    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !(crowded.noise || is_beside_another(relaxation, s))));
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
+}
+
+/// Whether a place on a crease that is noise has a seed of another crease so near that the two would have to be split in turn, on
+/// and on.
+fn is_beside_another(relaxation: &Relaxation, (place, anchor, _): &(DVec3, Anchor, f64)) -> bool {
+    let seeds = relaxation.seeds();
+    let reach = BESIDE * seeds.spacing_at(*place);
+    let other = |a: &Anchor| a.curve().is_some() && a.curve() != anchor.curve();
+    seeds.positions.iter().zip(&seeds.anchors).any(|(p, a)| other(a) && p.distance(*place) < reach)
 }
 
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.
