@@ -44,6 +44,9 @@ const MOST_SPLITS: usize = 100;
 /// The same for creases that are noise.
 const MOST_SPLITS_OF_NOISE: usize = 250;
 
+/// Creases that are noise are not split within this share of the spacing of another crease's seed.
+const BESIDE: f64 = 0.25;
+
 /// The few.
 const FEW_SPLITS: usize = 8;
 
@@ -118,7 +121,7 @@ pub fn until_valid(
     observer: &mut dyn Observer,
     mut interrupted: bool,
 ) -> Result<Vec<bool>, Error> {
-    let mut best = (usize::MAX, 0);
+    let mut progress = Progress::default();
     let mut crowded = Crowded::default();
     for round in 0.. {
         let kinds = relaxation.seeds().kinds();
@@ -143,8 +146,7 @@ pub fn until_valid(
             return Ok(labels);
         }
         let donors = donors(relaxation, &sampling, &proposals);
-        best = best.min((fatal.len(), round));
-        let hopeless = round == ROUNDS || round > best.1 + STUCK_ROUNDS;
+        let hopeless = round == ROUNDS || progress.is_stuck(&fatal, round);
         if let Some(first) = fatal.first()
             && (proposals.is_empty() || hopeless || donors.is_empty())
         {
@@ -161,6 +163,28 @@ pub fn until_valid(
         }
     }
     unreachable!("the last round returns: this is a bug in tetcvt")
+}
+
+/// What the rounds have brought so far. Holes and handles are looked at only where the boundary is a manifold: the two states
+/// count for themselves.
+#[derive(Default)]
+struct Progress {
+    /// The fewest defects of a boundary that is no manifold, and of one that is.
+    fewest: [Option<usize>; 2],
+    last: usize,
+}
+
+impl Progress {
+    /// Takes note of the defects of a round; whether the last rounds brought nothing.
+    fn is_stuck(&mut self, fatal: &[&Defect], round: usize) -> bool {
+        let is_manifold = !fatal.iter().any(|d| d.kind < DefectKind::UnusedSeed);
+        let fewest = &mut self.fewest[usize::from(is_manifold)];
+        if fewest.is_none_or(|f| fatal.len() < f) {
+            *fewest = Some(fatal.len());
+            self.last = round;
+        }
+        round > self.last + STUCK_ROUNDS
+    }
 }
 
 /// Where to put seeds to mend `defects`.
@@ -200,8 +224,17 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowded
     let (count, noise) = (sampling.kinds.len(), splits.iter().filter(|s| !is_whole(&s.1)).count());
     crowded.noise |= noise > count / MOST_SPLITS_OF_NOISE + FEW_SPLITS;
     crowded.all |= splits.len() - noise > count / MOST_SPLITS + FEW_SPLITS;
-    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !crowded.noise));
+    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !(crowded.noise || is_beside_another(relaxation, s))));
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
+}
+
+/// Whether a place on a crease that is noise has a seed of another crease so near that the two would have to be split in turn, on
+/// and on.
+fn is_beside_another(relaxation: &Relaxation, (place, anchor, _): &(DVec3, Anchor, f64)) -> bool {
+    let seeds = relaxation.seeds();
+    let reach = BESIDE * seeds.spacing_at(*place);
+    let other = |a: &Anchor| a.curve().is_some() && a.curve() != anchor.curve();
+    seeds.positions.iter().zip(&seeds.anchors).any(|(p, a)| other(a) && p.distance(*place) < reach)
 }
 
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.

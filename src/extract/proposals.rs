@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::Sampling;
 use super::defects::{Defect, DefectKind};
-use crate::geometry::triangle::centroid;
+use crate::clipped_voronoi::Crossing;
+use crate::geometry::triangle::{centroid, closest_point};
 use crate::seeds::{Anchor, SeedKind};
 
 /// A seed to insert on the surface or a crease.
@@ -26,6 +27,8 @@ const CROWDED: f64 = 0.02;
 const APART: f64 = 0.7;
 /// An exposed seed deeper than this share of the spacing is at the bottom of a pit.
 const PIT: f64 = 0.5;
+/// Cosine of the angle to straight back below which a sheet faces another: 45 degrees.
+const OPPOSITE: f64 = 0.7;
 /// At most so many: the triangulation is to be made anew after them anyway.
 const MOST: usize = 1000;
 /// Seeds proposed for a shell that has none.
@@ -88,13 +91,68 @@ fn for_seeds(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
             replaces: Some(near),
         });
     }
-    let at_crossing = defect.crossing.and_then(|c| at(sampling, c.point, c.triangle, near));
+    let at_mirror = defect.crossing.and_then(|c| mirrored(sampling, &c));
+    let at_crossing = || defect.crossing.and_then(|c| at(sampling, c.point, c.triangle, near));
     let at_place = || {
         let closest = sampling.surface.tree().closest(defect.place);
         at(sampling, closest.point, closest.triangle, near)
     };
     // At a thin tip the seed is at that place itself.
-    at_crossing.or_else(at_place).or_else(|| at_rim(sampling, near))
+    at_mirror.or_else(at_crossing).or_else(at_place).or_else(|| at_rim(sampling, near))
+}
+
+/// Where a sheet of the surface is closer to a seed of another sheet than to its own seeds: the place opposite that seed. From then
+/// on either seed keeps the other off its sheet, however narrow the gap or the wall between the two is.
+fn mirrored(sampling: &Sampling, crossing: &Crossing) -> Option<Proposal> {
+    let sheet = Sheet::of(sampling, crossing.triangle);
+    let bound = |v: u32| (v as usize) < sampling.kinds.len() && sampling.kinds[v as usize] != SeedKind::Interior;
+    let is_foreign = |&v: &u32| bound(v) && sheet.is_opposite(sampling, v);
+    let seed = crossing.facet.into_iter().find(is_foreign)?;
+    let from = sampling.complex.points[seed as usize];
+    let reach = DVec3::splat(from.distance(crossing.point));
+    let mut closest = (crossing.point, crossing.triangle);
+    sampling.surface.tree().near_box(from - reach, from + reach, |t| {
+        let there = closest_point(sampling.surface.corners(t), from);
+        if there.distance_squared(from) < closest.0.distance_squared(from) && sheet.has(sampling, t) {
+            closest = (there, t);
+        }
+    });
+    let (place, triangle) = closest;
+    let spacing = sampling.spacing.at(place);
+    let around = sampling.complex.star(seed).iter().flat_map(|&t| sampling.complex.tets[t as usize]);
+    let size = around
+        .filter(|&w| w != seed && bound(w) && !sheet.is_opposite(sampling, w))
+        .map(|w| sampling.complex.points[w as usize].distance(place))
+        .fold(spacing, f64::min);
+    let anchor = Anchor::Surface { triangle };
+    (size > CROWDED * spacing).then_some(Proposal { place, anchor, size, replaces: None })
+}
+
+/// The surface around one of its triangles.
+struct Sheet {
+    shell: u32,
+    normal: DVec3,
+}
+
+impl Sheet {
+    fn of(sampling: &Sampling, triangle: u32) -> Sheet {
+        let normal = sampling.surface.normal2(triangle).normalize_or_zero();
+        Sheet { shell: sampling.surface.shell()[triangle as usize], normal }
+    }
+
+    /// Whether a triangle near by is on this sheet.
+    fn has(&self, sampling: &Sampling, triangle: u32) -> bool {
+        let other = Sheet::of(sampling, triangle);
+        other.shell == self.shell && other.normal.dot(self.normal) > 0.0
+    }
+
+    /// Whether seed `v`, on the surface near by, is on another shell, or faces this sheet from across a gap or a wall.
+    fn is_opposite(&self, sampling: &Sampling, v: u32) -> bool {
+        let at = sampling.surface.tree().closest(sampling.complex.points[v as usize]);
+        let other = Sheet::of(sampling, at.triangle);
+        let faces = sampling.kinds[v as usize] == SeedKind::Surface && other.normal.dot(self.normal) < -OPPOSITE;
+        other.shell != self.shell || faces
+    }
 }
 
 /// Whether a seed deep inside is on the boundary: two parts of the surface are so close to each other there that the tets

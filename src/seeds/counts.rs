@@ -32,8 +32,14 @@ pub(super) const CELL: f64 = 0.6357;
 const LAYER: f64 = 0.2;
 /// Where seeds are scarce, spacings at thin walls may exceed what is safe by this factor.
 const STRETCH: f64 = 2.5;
+/// The spacing exceeds that below which thin walls were sought by this factor at most.
+const WIDENING: f64 = 2.0;
 /// Of what corners leave, the share that curves may take for the sake of following their bends.
 const MOST_ON_CURVES: f64 = 0.5;
+/// No spacing is more than so many diagonals of the surface's box.
+const COARSEST: f64 = 8.0;
+/// A solid with fewer seeds inside than this share of those on its surface is all sheets thinner than the spacing.
+const ROOM: f64 = 0.2;
 /// Seeds without which a shell is no closed surface.
 const PER_SHELL: usize = 4;
 
@@ -59,6 +65,8 @@ pub(super) struct Demand<'a> {
     shell_least: Vec<usize>,
     /// The largest spacing allowed at each vertex; infinite where nothing is thin.
     limits: Vec<f64>,
+    /// The spacing below which limits were sought.
+    sought: f64,
 }
 
 /// How fine the mesh is to be.
@@ -83,6 +91,8 @@ pub(super) struct Plan {
     pub(super) surface: usize,
     /// Seeds inside.
     pub(super) interior: usize,
+    /// Whether spacings at thin walls exceed their limits.
+    pub(super) is_stretched: bool,
 }
 
 /// Too few seeds: how many would do, what cannot be kept, and the vertex where.
@@ -117,12 +127,15 @@ impl<'a> Demand<'a> {
             tip_cells: 0.0,
             shell_least: Vec::new(),
             limits: vec![f64::INFINITY; surface.points().len()],
+            sought: COARSEST * surface.diagonal(),
         };
         let spacing = match target {
             Size::Length(h) => h,
             Size::Count(n) => demand.plain_spacing(n),
         };
-        (demand.needs, demand.corners) = curves::needs(surface, features, |v| spacing * demand.relative[v as usize]);
+        let has_room = demand.interior_wanted(spacing) > ROOM * surface.area() / (HEXAGON * spacing * spacing);
+        (demand.needs, demand.corners) =
+            curves::needs(surface, features, has_room, |v| spacing * demand.relative[v as usize]);
         let mut on_crease: Vec<u32> = features.curves.iter().flat_map(|c| c.vertices.iter().copied()).collect();
         on_crease.sort_unstable();
         let (reached, tips): (Vec<u32>, Vec<u32>) =
@@ -135,7 +148,7 @@ impl<'a> Demand<'a> {
 
     /// The spacing of `count` seeds if there were neither creases nor thin walls.
     pub(super) fn plain_spacing(&self, count: usize) -> f64 {
-        let coarsest = 8.0 * self.surface.diagonal();
+        let coarsest = self.widest();
         let plain = |h: f64| self.surface.area() / (HEXAGON * h * h) + self.interior_wanted(h);
         bisect(1e-6 * coarsest, coarsest, |h| plain(h) > count as f64)
     }
@@ -150,9 +163,11 @@ impl<'a> Demand<'a> {
         &self.corners
     }
 
-    /// Sets the largest spacing allowed at each vertex.
-    pub(super) fn limit(&mut self, limits: Vec<f64>) {
-        self.limits = limits;
+    /// Lowers the largest spacing allowed at each vertex to `limits`, sought below the spacing `sought`. Limits found before
+    /// stay: those sought below a smaller spacing tell more of what is very thin.
+    pub(super) fn limit(&mut self, limits: &[f64], sought: f64) {
+        self.limits.iter_mut().zip(limits).for_each(|(old, new)| *old = old.min(*new));
+        self.sought = sought;
     }
 
     /// The needs of the curves.
@@ -188,14 +203,7 @@ impl<'a> Demand<'a> {
     pub(super) fn plan(&self, count: usize) -> Result<Plan, Shortage> {
         self.refuse_hopeless(count)?;
         let n = count as f64;
-        let coarsest = 8.0 * self.surface.diagonal();
-        let mut stretch = 1.0;
-        if self.total(coarsest, 1.0) > n {
-            if self.total(coarsest, STRETCH) > n {
-                return Err(self.thin_shortage());
-            }
-            stretch = bisect(1.0, STRETCH, |s| self.total(coarsest, s) > n);
-        }
+        let (stretch, coarsest) = self.stretch(n)?;
         let h = bisect(1e-6 * coarsest, coarsest, |h| self.total(h, stretch) > n);
         let curves = self.place_on_curves(count, h, stretch);
         let on_curves: usize = curves.iter().map(Vec::len).sum();
@@ -211,7 +219,27 @@ impl<'a> Demand<'a> {
         let share = if surface + interior > 0.0 { surface / (surface + interior) } else { 1.0 };
         let surface = if interior < 0.5 { left } else { (share * left as f64).round() as usize };
         let surface = surface.clamp(shell_least, left);
-        Ok(Plan { spacing, sizes, curves, surface, interior: left - surface })
+        Ok(Plan { spacing, sizes, curves, surface, interior: left - surface, is_stretched: stretch > 1.0 })
+    }
+
+    /// By how much spacings at thin walls exceed their limits for n vertices, and the largest spacing elsewhere. Where seeds are
+    /// scarce, walls are stretched before the rest is coarser than it would be without walls.
+    fn stretch(&self, n: f64) -> Result<(f64, f64), Shortage> {
+        let widest = self.widest();
+        if self.total(WIDENING * self.sought, 1.0) <= n {
+            Ok((1.0, WIDENING * self.sought))
+        } else if self.total(self.sought, STRETCH) <= n {
+            Ok((bisect(1.0, STRETCH, |s| self.total(self.sought, s) > n), self.sought))
+        } else if self.total(widest, STRETCH) <= n {
+            Ok((STRETCH, widest))
+        } else {
+            Err(self.thin_shortage())
+        }
+    }
+
+    /// No spacing is more.
+    fn widest(&self) -> f64 {
+        COARSEST * self.surface.diagonal()
     }
 
     /// The count that edges of length h need.
@@ -359,7 +387,7 @@ impl<'a> Demand<'a> {
     fn thin_shortage(&self) -> Shortage {
         // Named where the most seeds go: the least limit of all.
         let least = (0..self.limits.len()).min_by(|&a, &b| self.limits[a].total_cmp(&self.limits[b])).unwrap_or(0);
-        let needed = self.total(8.0 * self.surface.diagonal(), 1.0).ceil() as usize;
+        let needed = self.total(self.widest(), 1.0).ceil() as usize;
         let length = self.surface.frame().length_to_model(self.limits[least]);
         let reason = format!("thin walls or narrow gaps need edges of about {length:.3e}");
         Shortage { needed: needed + needed / 50, thin: true, reason, vertex: least as u32 }

@@ -31,9 +31,10 @@ pub(super) struct CurveNeed {
 pub(super) fn needs(
     surface: &Surface,
     features: &Features,
+    has_room: bool,
     spacing: impl Fn(u32) -> f64,
 ) -> (Vec<CurveNeed>, Vec<u32>) {
-    let networks = Networks::of(surface, features, &spacing);
+    let networks = Networks::of(surface, features, has_room, &spacing);
     let corners = networks.corners(surface, features, &spacing);
     let mut pairs: Vec<(u32, u32)> = features.curves.iter().map(ends).collect();
     pairs.sort_unstable();

@@ -160,6 +160,9 @@ mod stream {
     pub(super) const INITIAL: u64 = 4;
 }
 
+/// How often limits of thin walls are sought.
+const THIN_ROUNDS: usize = 3;
+
 /// How often the count that is said to do is measured again.
 const HONEST_ROUNDS: usize = 16;
 
@@ -258,18 +261,20 @@ fn planned<'a>(
     let mut plan = demand.plan(count).map_err(|s| refuse(count, s))?;
     // Limits are sought below the spacing at hand; seeds that thin walls take leave a larger one elsewhere, where more
     // may be thin.
-    for _ in 0..3 {
-        let sought = plan.spacing;
+    let mut sought = plan.spacing;
+    for _ in 0..THIN_ROUNDS {
         let sizes = demand.plain_sizes(sought);
-        demand.limit(thickness::limits(surface, features, &sizes, params.random_seed));
+        demand.limit(&thickness::limits(surface, features, &sizes, params.random_seed), sought);
         count = count_for(&demand, size)?;
         plan = match demand.plan(count) {
             Ok(plan) => plan,
             Err(shortage) => return Err(refuse(count, shortage)),
         };
-        if plan.spacing <= 1.1 * sought {
+        // Where seeds are scarce for the walls known already there is no use in looking for more.
+        if plan.is_stretched || plan.spacing <= 1.1 * sought {
             break;
         }
+        sought = plan.spacing;
     }
     Ok((demand, plan, count))
 }
@@ -284,8 +289,9 @@ fn honest(
     for _ in 0..HONEST_ROUNDS {
         let mut demand = Demand::measure(surface, features, sizing, Size::Count(shortage.needed));
         let outcome = demand.plan(shortage.needed).and_then(|_| {
-            let sizes = demand.plain_sizes(demand.plain_spacing(shortage.needed));
-            demand.limit(thickness::limits(surface, features, &sizes, random_seed));
+            let sought = demand.plain_spacing(shortage.needed);
+            let sizes = demand.plain_sizes(sought);
+            demand.limit(&thickness::limits(surface, features, &sizes, random_seed), sought);
             demand.plan(shortage.needed)
         });
         let Err(next) = outcome else { break };

@@ -55,7 +55,7 @@ pub(super) fn ends(c: &Curve) -> (u32, u32) {
 
 impl Networks {
     /// The networks of `features`, where the spacing at a vertex is about `spacing`.
-    pub(super) fn of(surface: &Surface, features: &Features, spacing: impl Fn(u32) -> f64) -> Networks {
+    pub(super) fn of(surface: &Surface, features: &Features, has_room: bool, spacing: impl Fn(u32) -> f64) -> Networks {
         let vertices = surface.points().len();
         let mut joined = DisjointSets::new(vertices);
         let mut ends_at = vec![0u32; vertices];
@@ -78,11 +78,11 @@ impl Networks {
         // What the user asked for is kept in any case, and says nothing of the rest.
         let noise: f64 = all.iter().filter(|n| !n.is_given && is_noise(n)).map(|n| n.length).sum();
         let own = features.curves.iter().filter(|c| !c.is_given).map(|c| steps(c, &spacing));
-        let designed = noise <= DETAILS * own.sum::<f64>();
+        let designed = has_room && noise <= DETAILS * own.sum::<f64>();
         let least = if designed { LEAST_DETAIL } else { RESOLVED };
         for n in &mut all {
             n.kept = n.is_given || n.length >= least;
-            n.whole = n.kept && (designed || !n.is_loose);
+            n.whole = n.kept && has_room && (designed || !n.is_loose);
         }
         Networks { root, all, ends_at }
     }
