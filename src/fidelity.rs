@@ -27,7 +27,7 @@ const MOST: f64 = 0.023;
 
 /// Vertices of the surface farther from the facets than this share of the spacing get a seed, and none within [`APART`]
 /// spacings of it.
-const FAR: f64 = 0.14;
+const FAR: f64 = 0.12;
 const APART: f64 = 1.0;
 /// At most this share of the seeds goes there in one round.
 const MOST_FAR: f64 = 0.005;
