@@ -49,9 +49,15 @@ pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
 }
 
 /// The vertices of the surface that lie farthest from the boundary of the tets `inside`.
-pub fn far_spots(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+fn far_spots(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     let surface = sampling.surface;
-    let boundary = BoxTree::build(sampling.complex.points, &Boundary::of(&sampling.complex, inside).triangles);
+    let most = (MOST_FAR * sampling.kinds.len() as f64) as usize;
+    let facets = Boundary::of(&sampling.complex, inside).triangles;
+    // Where no tet is inside all is far, which a seed more does not mend.
+    if most == 0 || facets.is_empty() {
+        return Vec::new();
+    }
+    let boundary = BoxTree::build(sampling.complex.points, &facets);
     let mut far: Vec<(f64, u32)> = (surface.points().par_iter().enumerate())
         .filter_map(|(v, &p)| {
             let share = boundary.closest(p).distance2.sqrt() / sampling.spacing.at(p);
@@ -59,7 +65,6 @@ pub fn far_spots(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
         })
         .collect();
     far.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let most = (MOST_FAR * sampling.kinds.len() as f64) as usize;
     let mut chosen: Vec<Proposal> = Vec::new();
     let mut places = Places::new(sampling.spacing.largest);
     for (_, v) in far {
@@ -140,5 +145,46 @@ fn account(sampling: &Sampling, triangle: u32) -> usize {
     match sampling.surface.is_interface(triangle) {
         true => 1 + sampling.surface.shell()[triangle as usize] as usize,
         false => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delaunay::Delaunay;
+    use crate::seeds::SeedKind;
+    use crate::surface::Surface;
+
+    /// A cube of side 1 with a seed at each corner.
+    fn cube() -> (Surface, Delaunay) {
+        let points: Vec<DVec3> =
+            (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2 & 1))).collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let each: Vec<u32> = (0..12).collect();
+        let surface = Surface::new(&points, &triangles, &each, &each).expect("a closed surface");
+        let half = surface.points()[7].max_element();
+        // As many seeds as it takes for one to go to a far place.
+        let inner =
+            (0..512).map(|i| DVec3::new(f64::from(i % 8), f64::from(i / 8 % 8), f64::from(i / 64)) / 8.0 - 0.4375);
+        let seeds: Vec<DVec3> = surface.points().iter().copied().chain(inner.map(|p| p * half)).collect();
+        (surface, Delaunay::build(&seeds).expect("seeds have tets"))
+    }
+
+    #[test]
+    fn a_boundary_that_cuts_off_a_corner_is_drawn_to_it_and_none_asks_for_nothing() {
+        let (surface, delaunay) = cube();
+        let kinds: Vec<SeedKind> =
+            (0..520).map(|i| if i < 8 { SeedKind::Corner } else { SeedKind::Interior }).collect();
+        let sampling = Sampling::new(&delaunay, &kinds, &surface, 0.05);
+        let count = delaunay.vertices().len();
+        assert!(proposals(&sampling, &vec![false; count]).is_empty());
+
+        let has = |t: usize, v: u32| delaunay.vertices()[t].contains(&v);
+        let all: Vec<bool> = delaunay.vertices().iter().map(|t| t[3] != crate::delaunay::INFINITE).collect();
+        assert!(far_spots(&sampling, &all).is_empty());
+        let without: Vec<bool> = (0..count).map(|t| all[t] && !has(t, 3)).collect();
+        let found = far_spots(&sampling, &without);
+        assert_eq!(found.iter().map(|p| p.place).collect::<Vec<_>>(), [surface.points()[3]]);
     }
 }

@@ -102,9 +102,6 @@ fn mesh(
     if !stopped.is_interruption() {
         let before_last = iterations * 9 / 10;
         stopped = relaxation.run(before_last.saturating_sub(relaxation.iterations()), observer)?;
-        if follows && !stopped.is_interruption() {
-            stopped = refine::follow_surface_late(&mut relaxation, surface, params, observer)?;
-        }
     }
 
     // 3. More seeds where a valid mesh needs them, before the last iterations; what these break is mended once more.

@@ -29,10 +29,8 @@ const POLISHED_ROUNDS: usize = 3;
 /// Rounds that also mend pits: seeds deep inside on the boundary, where two parts of the surface nearly touch.
 const PIT_ROUNDS: usize = 20;
 
-/// Rounds of insertion for the sake of the volume and of the distance, those for the distance alone once the seeds are nearly at
-/// rest, and iterations after each.
+/// Rounds of insertion for the sake of the volume and of the distance, and iterations after each.
 const FIDELITY_ROUNDS: usize = 3;
-const LATE_FIDELITY_ROUNDS: usize = 2;
 const FIDELITY_SMOOTHING: usize = 2;
 
 /// Rounds that also split the edges of creases that the mesh lacks.
@@ -58,42 +56,21 @@ fn smoothing(round: usize) -> usize {
     [5, 5, 4, 3, 2, 2, 1, 1].get(round).copied().unwrap_or(0)
 }
 
-/// Adds seeds to the surface where flat facets cut off too much of the solid, and lets them settle.
+/// Adds seeds to the surface where flat facets are far from it or cut off too much of the solid, and lets them settle.
 pub fn follow_surface(
     relaxation: &mut Relaxation,
     surface: &Surface,
     params: &Params,
     observer: &mut dyn Observer,
 ) -> Result<Stopped, Error> {
-    follow(relaxation, surface, params, observer, FIDELITY_ROUNDS, fidelity::proposals)
-}
-
-/// The same for a few places alone, which the last motions left too far from the facets.
-pub fn follow_surface_late(
-    relaxation: &mut Relaxation,
-    surface: &Surface,
-    params: &Params,
-    observer: &mut dyn Observer,
-) -> Result<Stopped, Error> {
-    follow(relaxation, surface, params, observer, LATE_FIDELITY_ROUNDS, fidelity::far_spots)
-}
-
-fn follow(
-    relaxation: &mut Relaxation,
-    surface: &Surface,
-    params: &Params,
-    observer: &mut dyn Observer,
-    rounds: usize,
-    wanted: impl Fn(&Sampling, &[bool]) -> Vec<Proposal>,
-) -> Result<Stopped, Error> {
-    for round in 0..rounds {
+    for round in 0..FIDELITY_ROUNDS {
         if relaxation.iterations() + 2 * (1 + FIDELITY_SMOOTHING) > params.iterations {
             break;
         }
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
         let labels = extract::label(&sampling, relaxation.clipped());
-        let mut donors = donors(relaxation, &sampling, &wanted(&sampling, &labels));
+        let mut donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
         // The surface of a thin solid, which has all the seeds already, gains nothing by robbing itself.
         donors.retain(|&(donor, _)| kinds[donor as usize] == SeedKind::Interior);
         if donors.is_empty() {
@@ -224,17 +201,20 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowded
     let (count, noise) = (sampling.kinds.len(), splits.iter().filter(|s| !is_whole(&s.1)).count());
     crowded.noise |= noise > count / MOST_SPLITS_OF_NOISE + FEW_SPLITS;
     crowded.all |= splits.len() - noise > count / MOST_SPLITS + FEW_SPLITS;
-    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !(crowded.noise || is_beside_another(relaxation, s))));
+    let seeds = relaxation.seeds();
+    let on_curves = seeds.positions.iter().zip(&seeds.anchors).filter_map(|(&p, a)| Some((p, a.curve()?)));
+    let on_curves: Vec<(DVec3, u32)> = on_curves.collect();
+    let is_crowded = |(place, anchor, _): &(DVec3, Anchor, f64)| {
+        crowded.noise || is_beside_another(&on_curves, *place, anchor.curve(), BESIDE * seeds.spacing_at(*place))
+    };
+    splits.retain(|s| !crowded.all && (is_whole(&s.1) || !is_crowded(s)));
     splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
 }
 
 /// Whether a place on a crease that is noise has a seed of another crease so near that the two would have to be split in turn, on
 /// and on.
-fn is_beside_another(relaxation: &Relaxation, (place, anchor, _): &(DVec3, Anchor, f64)) -> bool {
-    let seeds = relaxation.seeds();
-    let reach = BESIDE * seeds.spacing_at(*place);
-    let other = |a: &Anchor| a.curve().is_some() && a.curve() != anchor.curve();
-    seeds.positions.iter().zip(&seeds.anchors).any(|(p, a)| other(a) && p.distance(*place) < reach)
+fn is_beside_another(on_curves: &[(DVec3, u32)], place: DVec3, own: Option<u32>, reach: f64) -> bool {
+    on_curves.iter().any(|&(p, curve)| Some(curve) != own && p.distance(place) < reach)
 }
 
 /// For each seed in no tet, which more seeds around it did not help: the surface's coarsest places, where there is room.

@@ -65,7 +65,8 @@ fn sines_and_cosines(p: [DVec3; 4]) -> [[f64; 2]; 6] {
     })
 }
 
-/// The smallest dihedral angle, in degrees: 70.53 for a regular tet, 0 for a flat one.
+/// The smallest dihedral angle, in degrees: 70.53 for a regular tet, 0 for a flat one. Edges are to be of a size whose eighth power
+/// is a normal number, as those of the frame are.
 pub fn min_dihedral(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     let all = sines_and_cosines([a, b, c, d]);
     if all.iter().any(|sc| sc[0] == 0.0) {

@@ -142,7 +142,7 @@ impl pulp::WithSimd for Judge<'_> {
             let (quality, smallest) = qualities_of(block, p);
             qualities.extend(quality);
             let known = (*count - i * LANES).min(LANES);
-            worst = quality.iter().fold(worst, |least, &x| smaller(x, least));
+            worst = quality.iter().fold(worst, |least, &x| measure::least(x, least));
             sum += smallest[..known].iter().sum::<f64>();
         }
         (worst > INVERTED).then_some(Judgement { worst, sum })
@@ -159,7 +159,7 @@ fn qualities_of(block: &Block, p: DVec3) -> (Lanes, Lanes) {
         let (nb, nc, nd) = (cross(w, v), cross(u, w), cross(v, u));
         let na = [-(nb[0] + nc[0] + nd[0]), -(nb[1] + nc[1] + nd[1]), -(nb[2] + nc[2] + nd[2])];
         let volume6 = -dot(nd, w);
-        let longest2 = larger(larger(dot(u, u), dot(v, v)), dot(w, w));
+        let longest2 = measure::most(measure::most(dot(u, u), dot(v, v)), dot(w, w));
         let positive = volume6 > 0.0;
         let solid = volume6 * volume6 > FLAT * FLAT * longest2 * longest2 * longest2;
         let ra = 1.0 / dot(na, na).sqrt();
@@ -168,8 +168,9 @@ fn qualities_of(block: &Block, p: DVec3) -> (Lanes, Lanes) {
         let rd = 1.0 / dot(nd, nd).sqrt();
         let (ab, ac, ad) = (dot(na, nb) * (ra * rb), dot(na, nc) * (ra * rc), dot(na, nd) * (ra * rd));
         let (bc, bd, cd) = (dot(nb, nc) * (rb * rc), dot(nb, nd) * (rb * rd), dot(nc, nd) * (rc * rd));
-        let low = smaller(smaller(smaller(ab, ac), smaller(ad, bc)), smaller(bd, cd));
-        let high = larger(larger(larger(ab, ac), larger(ad, bc)), larger(bd, cd));
+        let low =
+            measure::least(measure::least(measure::least(ab, ac), measure::least(ad, bc)), measure::least(bd, cd));
+        let high = measure::most(measure::most(measure::most(ab, ac), measure::most(ad, bc)), measure::most(bd, cd));
         let least = measure::acos(-low);
         let found = measure::combined([least, measure::acos(-high)]);
         quality[l] = if positive & solid { found } else { INVERTED };
@@ -203,7 +204,7 @@ impl pulp::WithSimd for FindAngles<'_> {
                 set(value, gradient, (4, l), cosine[4], slope[4]);
                 set(value, gradient, (5, l), cosine[5], slope[5]);
             }
-            shortest2 = shortest.iter().fold(shortest2, |least, &x| smaller(least, x));
+            shortest2 = shortest.iter().fold(shortest2, |least, &x| measure::least(least, x));
         }
         shortest2
     }
@@ -248,7 +249,7 @@ impl pulp::WithSimd for FindSteepest<'_> {
             let sum = |lanes: &Lanes| lanes[..known].iter().sum::<f64>();
             all.sum += sum(&least);
             all.rise += DVec3::new(sum(&rise[0]), sum(&rise[1]), sum(&rise[2]));
-            all.shortest2 = shortest.iter().fold(all.shortest2, |least, &x| smaller(least, x));
+            all.shortest2 = shortest.iter().fold(all.shortest2, |least, &x| measure::least(least, x));
         }
         all
     }
@@ -305,7 +306,7 @@ fn slopes(block: &Block, p: DVec3, l: usize) -> Slopes {
             shared(ga, gc, v2, [vw, uv]),
             shared(ga, gb, w2, [vw, wu]),
         ],
-        shortest2: smaller(smaller(u2, v2), w2),
+        shortest2: measure::least(measure::least(u2, v2), w2),
     }
 }
 
@@ -343,17 +344,6 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 #[inline(always)]
 fn times(a: [f64; 3], by: f64) -> [f64; 3] {
     [a[0] * by, a[1] * by, a[2] * by]
-}
-
-/// `f64::min` and `f64::max` without their rules for NaN.
-#[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 #[cfg(test)]

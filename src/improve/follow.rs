@@ -10,6 +10,8 @@
 //!
 //! The count of vertices is made right afterwards.
 
+use glam::DVec3;
+
 use super::change::Change;
 use super::complex::{Complex, Facet, Freedom, Mark};
 use super::endgame::{self, WORSE};
@@ -20,7 +22,6 @@ use super::places::{self, Place, edge_stray, edges_of};
 use super::resize::{split, split_at};
 use crate::geometry::frame::snap;
 use crate::geometry::triangle;
-use glam::DVec3;
 
 /// Places that stray by less than this share of the surface's diagonal are well.
 const CLOSE: f64 = 2.0e-3;

@@ -32,13 +32,15 @@ fn acos_positive(x: f64) -> f64 {
     (1.0 - x).sqrt() * (low + x2 * x2 * high)
 }
 
-#[inline]
-fn least(a: f64, b: f64) -> f64 {
+/// `f64::min` without its rules for NaN.
+#[inline(always)]
+pub(super) fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-#[inline]
-fn most(a: f64, b: f64) -> f64 {
+/// `f64::max` without its rules for NaN.
+#[inline(always)]
+pub(super) fn most(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 

@@ -7,9 +7,9 @@
 //!
 //! 1. Worst first (`floor.rs`): the best edge removal (`flips.rs`) or multi-face removal (`faces.rs`) around the tet, or else
 //!    a move of its corners (`smooth.rs`).
-//! 2. Polish: vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
+//! 2. Polish (`polish.rs`): vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
 //! 3. Step 1 again, the boundary being held less tightly: the better average leaves fewer tets stuck.
-//! 4. The boundary is brought closer to the surface where it strays most (`follow.rs`).
+//! 4. The boundary is brought closer to the surface where it strays most (`places.rs`, `follow.rs`).
 //! 5. For the few tets that are stuck (`endgame.rs`): flips, contractions and splits of edges, each with its surroundings
 //!    improved anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
 //! 6. A last polish, and step 4 again, where no tet loses by it; the places that stray most by far once more, with what step 5

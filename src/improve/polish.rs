@@ -29,8 +29,8 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, since: u32) {
 
 /// The vertices that are to move, by colours.
 fn colors(complex: &Complex, since: u32) -> Vec<Vec<u32>> {
-    const NONE: u8 = u8::MAX;
-    let mut color = vec![NONE; complex.points.len()];
+    const UNCOLORED: u8 = u8::MAX;
+    let mut color = vec![UNCOLORED; complex.points.len()];
     let mut colors: Vec<Vec<u32>> = Vec::new();
     for v in 0..complex.points.len() as u32 {
         if complex.star(v).is_empty() || (since > 0 && !complex.changed_beside(v, since)) {

@@ -21,6 +21,10 @@ use super::ground::{Ground, Tangent};
 use super::measure::LARGE_WEIGHT;
 use crate::geometry::tetrahedron::FACETS;
 
+/// First step of the polish, as a share of the shortest edge, and the least gain of a sum (radians).
+const POLISH_STEP: f64 = 0.08;
+const POLISH_GAIN: f64 = 1e-3;
+
 /// Rounds of smoothing of one vertex at a time.
 const ROUNDS: usize = 4;
 
@@ -255,10 +259,6 @@ impl Move {
 fn worst_of(complex: &Complex, v: u32) -> f64 {
     complex.star(v).iter().map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min)
 }
-
-/// First step of the polish, as a share of the shortest edge, and the least gain of a sum (radians).
-const POLISH_STEP: f64 = 0.08;
-const POLISH_GAIN: f64 = 1e-3;
 
 /// About the shortest vector in the convex hull of `vectors`; zero where the hull holds the origin.
 fn shortest_in_hull(vectors: &[DVec3]) -> DVec3 {

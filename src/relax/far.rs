@@ -6,7 +6,7 @@
 //!
 //! No clipped cell changes. The solid lies in the frame's cube of side 1, these points are the corners of one of side 3: a
 //! point of the smaller cube is at least √3 away from them, and no farther than that from any seed. Differences of
-//! coordinates stay below 2, and so exact on the frame's grid.
+//! coordinates are at most 2, or 3 between these points, and so exact on the frame's grid.
 
 use glam::DVec3;
 

@@ -133,7 +133,7 @@ impl<'a> Demand<'a> {
             Size::Length(h) => h,
             Size::Count(n) => demand.plain_spacing(n),
         };
-        let has_room = demand.interior_wanted(spacing) > ROOM * surface.area() / (HEXAGON * spacing * spacing);
+        let has_room = demand.interior_wanted(spacing) > ROOM * demand.area / (HEXAGON * spacing * spacing);
         (demand.needs, demand.corners) =
             curves::needs(surface, features, has_room, |v| spacing * demand.relative[v as usize]);
         let mut on_crease: Vec<u32> = features.curves.iter().flat_map(|c| c.vertices.iter().copied()).collect();

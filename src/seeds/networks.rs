@@ -82,7 +82,7 @@ impl Networks {
         let least = if designed { LEAST_DETAIL } else { RESOLVED };
         for n in &mut all {
             n.kept = n.is_given || n.length >= least;
-            n.whole = n.kept && has_room && (designed || !n.is_loose);
+            n.whole = n.kept && (has_room || n.is_given) && (designed || !n.is_loose);
         }
         Networks { root, all, ends_at }
     }
