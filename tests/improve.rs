@@ -54,7 +54,7 @@ fn models_reach_the_floor_and_keep_what_they_had() {
         assert!(fine.max_dihedral < rough.max_dihedral, "{name}: {}", fine.max_dihedral);
         assert!(fine.mean_min_dihedral > rough.mean_min_dihedral, "{name}: {}", fine.mean_min_dihedral);
         // The floor for the worst costs the rest a little where the surface is rough for the spacing.
-        assert!(fine.mean_radius_ratio > rough.mean_radius_ratio - 0.006, "{name}: {}", fine.mean_radius_ratio);
+        assert!(fine.mean_radius_ratio > rough.mean_radius_ratio - 0.01, "{name}: {}", fine.mean_radius_ratio);
         assert_eq!(euler_characteristic(&after), euler_characteristic(&before), "{name}");
         // Corners of the noise of a scan may be let off; those of exact shapes stay.
         let corners = [after.count(SeedKind::Corner), before.count(SeedKind::Corner)];
