@@ -22,6 +22,7 @@ use glam::DVec3;
 
 use super::expansion::Expansion;
 use crate::geometry::predicates::{Sign, lexicographic};
+use crate::geometry::triples::{cross, dot};
 
 /// Half the distance from 1 to the next `f64`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -222,13 +223,4 @@ fn times(a: Sign, b: Sign) -> Sign {
         Sign::Negative => -a,
         Sign::Zero => Sign::Zero,
     }
-}
-
-/// Cross product of two triples.
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -14,6 +14,7 @@ use super::bisector::Bisector;
 use super::cell::Cell;
 use super::sheet::Linear;
 use crate::geometry::predicates::Sign;
+use crate::geometry::triples::{cross, dot, minus};
 
 /// Pieces that are summed at once.
 const LANES: usize = 8;
@@ -200,19 +201,4 @@ fn triangle([a, b, c]: [[f64; 3]; 3], normal: [f64; 3], density: [f64; 3]) -> [f
     let mass = density[0] + density[1] + density[2];
     let moment = |k: usize| part * (sum[k] * mass + (a[k] * density[0] + b[k] * density[1] + c[k] * density[2]));
     [part, part * sum[0], part * sum[1], part * sum[2], part * squares, moment(0), moment(1), moment(2), part * mass]
-}
-
-#[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

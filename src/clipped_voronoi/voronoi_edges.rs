@@ -19,6 +19,7 @@ use super::Crossing;
 use super::cell::{Cell, Sums};
 use super::crossings::{Crossings, FACET};
 use crate::delaunay::Delaunay;
+use crate::geometry::triples::{cross, dot, minus};
 
 /// Tets in a block of the work: fixed, so that sums do not depend on the number of threads.
 const BLOCK: usize = 8192;
@@ -299,19 +300,4 @@ fn of_vertex(
     let volume = with_y + with_z;
     let moment = |k: usize| (with_y * y[k] + with_z * z[k] + volume * (2.0 * d[k] - 5.0 * x[k])) * 0.125;
     [volume, moment(0), moment(1), moment(2), second]
-}
-
-#[inline(always)]
-pub(super) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

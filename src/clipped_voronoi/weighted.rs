@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use super::Crossing;
 use super::cell::Cell;
 use super::sheet::Sheet;
-use super::voronoi_edges::{Measure, cross, dot, minus};
+use super::voronoi_edges::Measure;
+use crate::geometry::triples::{cross, dot, minus};
 use crate::sizing::Sizing;
 
 /// Numbers that a Voronoi edge adds to a cell: volume, mass, first moment, second moment.

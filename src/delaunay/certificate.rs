@@ -31,9 +31,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::detect::{LANES, Lanes, TINY, U, cross, dot, from, gather, is_left_to_other, larger};
+use super::detect::{LANES, Lanes, TINY, U, from, gather, is_left_to_other, larger};
 use super::facet::INFINITE;
 use super::flip::Mesh;
+use crate::geometry::triples::{cross, dot};
 
 /// Tets that one thread tests in a row.
 const CHUNK: usize = 2048;

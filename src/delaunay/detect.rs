@@ -18,6 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::facet::INFINITE;
+use crate::geometry::triples::{cross, dot};
 
 /// Tets that are tested at once.
 pub const LANES: usize = 8;
@@ -162,18 +163,6 @@ pub fn larger(a: f64, b: f64) -> f64 {
 #[inline(always)]
 pub fn from(o: &DVec3, p: &DVec3) -> [f64; 3] {
     [p.x - o.x, p.y - o.y, p.z - o.z]
-}
-
-/// The cross product.
-#[inline(always)]
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The dot product.
-#[inline(always)]
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

@@ -17,3 +17,5 @@ pub mod predicates;
 pub mod tetrahedron;
 
 pub mod triangle;
+
+pub(crate) mod triples;

@@ -8,6 +8,7 @@
 use glam::DVec3;
 
 use super::measure::{self, FLAT, INVERTED};
+use crate::geometry::triples::{cross, dot, minus};
 
 /// Tets that are worked on at once.
 const LANES: usize = 8;
@@ -324,21 +325,6 @@ fn shared(g: [f64; 3], h: [f64; 3], length2: f64, [x, y]: [f64; 2]) -> [f64; 3] 
 fn edges(block: &Block, p: DVec3, l: usize) -> [[f64; 3]; 3] {
     let edge = |k: usize| [block[k][0][l] - p.x, block[k][1][l] - p.y, block[k][2][l] - p.z];
     [edge(0), edge(1), edge(2)]
-}
-
-#[inline(always)]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
