@@ -54,8 +54,14 @@ impl Display for Summary<'_> {
         }
         writeln!(
             f,
-            "dihedral   {:.2} to {:.2} degrees, mean of each tet's smallest {:.2}; mean radius ratio {:.4}",
-            mesh.min_dihedral, mesh.max_dihedral, mesh.mean_min_dihedral, mesh.mean_radius_ratio
+            "tets       the smallest angle of each: 1st percentile {:.2}, mean {:.2} degrees; mean radius ratio {:.4}",
+            mesh.p1_min_dihedral, mesh.mean_min_dihedral, mesh.mean_radius_ratio
+        )?;
+        let [x, y, z] = mesh.worst_at;
+        writeln!(
+            f,
+            "dihedral   {:.2} to {:.2} degrees, the smallest at ({x:.6}, {y:.6}, {z:.6})",
+            mesh.min_dihedral, mesh.max_dihedral
         )?;
         histogram(f, &mesh.dihedral_histogram)?;
         if !self.0.improved.is_empty() {

@@ -3,6 +3,7 @@
 //! Lengths, areas and volumes are in model units, angles in degrees, times in seconds; `volume_error` is relative, and
 //! distances are over the diagonal of the surface's bounding box. A number that is not finite becomes `null`.
 
+use glam::DVec3;
 use serde::Serialize;
 
 use crate::delaunay::Breakdown;
@@ -96,10 +97,14 @@ pub struct MeshReport {
     pub min_dihedral: f64,
     /// Largest dihedral angle of all tets.
     pub max_dihedral: f64,
+    /// The 1st percentile of the tets' smallest dihedral angles.
+    pub p1_min_dihedral: f64,
     /// Mean over the tets of their smallest dihedral angle.
     pub mean_min_dihedral: f64,
     /// Mean over the tets of three times the inscribed sphere's radius over the circumscribed one's.
     pub mean_radius_ratio: f64,
+    /// The centre of the tet with the smallest dihedral angle.
+    pub worst_at: [f64; 3],
     /// All dihedral angles, six of each tet, counted in bins of 5 degrees from 0 to 180.
     pub dihedral_histogram: Vec<u64>,
 }
@@ -195,6 +200,8 @@ impl MeshReport {
     pub fn of(mesh: &TetMesh, quality: &TetQuality, surface: &Surface) -> MeshReport {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let distance = Distance::between(mesh, surface);
+        let angles = &quality.min_dihedral;
+        let worst = (0..angles.len()).min_by(|&t, &u| angles[t].total_cmp(&angles[u]));
         MeshReport {
             vertices: mesh.points.len(),
             tets: mesh.tets.len(),
@@ -209,13 +216,31 @@ impl MeshReport {
             hausdorff: distance.hausdorff / surface.diagonal(),
             rms_distance: distance.rms / surface.diagonal(),
             size_ratio: mesh.size_ratio,
-            min_dihedral: quality.min_dihedral.iter().copied().fold(180.0, f64::min),
+            min_dihedral: worst.map_or(180.0, |t| quality.min_dihedral[t]),
             max_dihedral: quality.max_dihedral.iter().copied().fold(0.0, f64::max),
+            p1_min_dihedral: percentile(&quality.min_dihedral, 0.01),
             mean_min_dihedral: mean(&quality.min_dihedral),
             mean_radius_ratio: mean(&quality.radius_ratio),
+            worst_at: worst.map_or([f64::NAN; 3], |t| tet_center(mesh, t).to_array()),
             dihedral_histogram: quality.histogram.to_vec(),
         }
     }
+}
+
+/// The value that a share of all are below, linear between two; not a number where there are none.
+fn percentile(values: &[f64], share: f64) -> f64 {
+    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+    let mut values = values.to_vec();
+    let at = share * last as f64;
+    let (_, &mut lower, above) = values.select_nth_unstable_by(at as usize, f64::total_cmp);
+    let upper = above.iter().copied().min_by(f64::total_cmp).unwrap_or(lower);
+    lower + (upper - lower) * at.fract()
+}
+
+/// The mean of the corners of a tet.
+fn tet_center(mesh: &TetMesh, t: usize) -> DVec3 {
+    // Halves first: the sum of four may be out of range.
+    mesh.corners(t).into_iter().map(|p| p * 0.25).sum()
 }
 
 /// Sum of the volumes of the tets, with lengths multiplied by `scale`.
