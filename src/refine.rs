@@ -43,7 +43,7 @@ const MOST_SPLITS: usize = 100;
 const MOST_SPLITS_OF_NOISE: usize = 250;
 
 /// Creases that are noise are not split within this share of the spacing of another crease's seed.
-const BESIDE: f64 = 0.25;
+const BESIDE: f64 = 0.4;
 
 /// The few.
 const FEW_SPLITS: usize = 8;

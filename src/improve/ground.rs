@@ -138,7 +138,7 @@ impl<'a> Ground<'a> {
         let past = (from < at) == (at < to);
         let length = complex.points[a as usize].distance(complex.points[b as usize]);
         let is_whole = self.whole.get(number as usize) == Some(&true);
-        let most = if is_whole { 0.1 * self.limit } else { self.limit.max(self.share * length) };
+        let most = if is_whole { 0.25 * self.limit } else { self.limit.max(self.share * length) };
         let is_direct = !curve.is_closed() || (to - from).abs() < 0.5 * curve.length();
         past && is_direct && self.bulge(number, from, to) <= most
     }

@@ -160,6 +160,8 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 4.
     draw_closer(complex, ground, work, (count, follow::LACK));
+    bind::release(complex, ground);
+    work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5.
     let share = |share: f64| work.treated() + ((complex.tets.len() as f64 * share) as usize).max(ENDGAME_LEAST);
     let (first, all) = (share(FIRST_ENDGAME_SHARE), share(ENDGAME_SHARE));

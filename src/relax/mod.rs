@@ -59,7 +59,7 @@ const LEAST_SIZE: f64 = 0.05;
 
 /// Stretches of creases below twice this share of the spacing are not split: of those to be whole, and of noise.
 const LEAST_STRETCH: f64 = 0.05;
-const LEAST_STRETCH_OF_NOISE: f64 = 0.1;
+const LEAST_STRETCH_OF_NOISE: f64 = 0.3;
 
 /// A motion of L-BFGS stands if the energy falls by this share of what the slope promises.
 const ENOUGH: f64 = 1e-4;

@@ -17,6 +17,9 @@ const RESOLVED: f64 = 2.0;
 /// Networks with a loose end are noise up to so many spacings.
 const LOOSE: f64 = 8.0;
 
+/// Among much noise a network is of the design if it has no loose end and is so many spacings long: wrinkles may close up too.
+const CLEAR: f64 = 16.0;
+
 /// Where no more than this share of all creases is noise or below the resolution, the creases are designed, and all are kept
 /// whole.
 const DETAILS: f64 = 0.15;
@@ -82,7 +85,8 @@ impl Networks {
         let least = if designed { LEAST_DETAIL } else { RESOLVED };
         for n in &mut all {
             n.kept = n.is_given || n.length >= least;
-            n.whole = n.kept && (has_room || n.is_given) && (designed || !n.is_loose);
+            let is_clear = designed || (!n.is_loose && n.length >= CLEAR);
+            n.whole = n.kept && (has_room || n.is_given) && is_clear;
         }
         Networks { root, all, ends_at }
     }
