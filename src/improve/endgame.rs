@@ -16,9 +16,19 @@ pub(super) const TREATED: usize = 16;
 /// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
 pub(super) const WORSE: f64 = 0.05;
 
-/// Tries flips, contractions and splits around the tets that are left, until none helps or `until` tets were treated in all. The first
-/// time splits wait: they help seldom where the others can.
-pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (first, until): (bool, usize)) {
+/// How many tets are treated at most, in all: while the tet at hand is urgent, and for others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    pub urgent: usize,
+    pub usual: usize,
+}
+
+/// Tets are urgent below this share of the floor.
+const URGENT: f64 = 6.0 / 7.0;
+
+/// Tries flips, contractions and splits around the tets that are left, until none helps or as many tets were treated as the budget
+/// allows. The first time splits wait: they help seldom where the others can.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (first, budget): (bool, Budget)) {
     // The commit at which nothing helped a tet, by slot, and at which an operation on an edge did not help.
     let mut hopeless: Vec<u32> = Vec::new();
     let mut vain = Vain::new();
@@ -33,8 +43,9 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (
             if tried > 0 && complex.last_change(t) < tried {
                 continue;
             }
-            if work.treated() >= until {
-                return;
+            let is_urgent = complex.quality[t as usize] < URGENT * complex.floor();
+            if work.treated() >= if is_urgent { budget.urgent } else { budget.usual } {
+                continue;
             }
             if resolve(complex, ground, work, (t, first), &mut vain) {
                 gained = true;

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::change::Change;
 use super::complex::{Complex, Facet, Freedom, Mark};
-use super::endgame::{self, WORSE};
+use super::endgame::{self, Budget, WORSE};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
@@ -103,7 +103,8 @@ pub(super) fn run_last(complex: &mut Complex, ground: &Ground, loose: &Ground, w
         for kept in [KEPT, KEPT_LAST] {
             let before = complex.clone();
             if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept })) {
-                endgame::run(complex, loose, work, (false, work.treated() + TREATED_LAST));
+                let usual = work.treated() + TREATED_LAST;
+                endgame::run(complex, loose, work, (false, Budget { urgent: usual, usual }));
                 if complex.deficit() <= deficit {
                     break;
                 }

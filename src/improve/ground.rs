@@ -143,6 +143,20 @@ impl<'a> Ground<'a> {
         past && is_direct && self.bulge(number, from, to) <= most
     }
 
+    /// The curve of a crease of the mesh, and the arc length midway between its ends; `None` where both are corners, and across
+    /// the seam of a loop.
+    pub(super) fn middle_of_crease(&self, complex: &Complex, [a, b]: [u32; 2]) -> Option<(u32, f64)> {
+        let on_curve = |v: u32| match complex.freedom[v as usize] {
+            Freedom::Curve(number, at) | Freedom::Knot(number, at) => Some((number, at)),
+            _ => None,
+        };
+        let (number, at) = on_curve(a).or_else(|| on_curve(b))?;
+        let (from, to) = (self.arc_of(complex, number, a, at)?, self.arc_of(complex, number, b, at)?);
+        let curve = &self.features.curves[number as usize];
+        let is_direct = !curve.is_closed() || (to - from).abs() < 0.5 * curve.length();
+        is_direct.then_some((number, 0.5 * (from + to)))
+    }
+
     /// The directions that a vertex may move in; none for those that may not.
     pub(super) fn tangent(&self, complex: &Complex, v: u32) -> Option<Tangent> {
         match complex.freedom[v as usize] {

@@ -76,6 +76,7 @@ mod volume;
 mod walk;
 
 use complex::Complex;
+use endgame::Budget;
 use floor::Worklist;
 use ground::Ground;
 use walk::Walk;
@@ -88,6 +89,9 @@ const ENDGAME_SHARE: f64 = 0.9;
 const FIRST_ENDGAME_SHARE: f64 = 0.3;
 const ENDGAME_LEAST: usize = 4_000;
 
+/// For tets far below the floor so many times more.
+const URGENT_SHARE: f64 = 4.0;
+
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
 const STRAYS: f64 = 0.1;
 
@@ -95,7 +99,7 @@ const STRAYS: f64 = 0.1;
 const ENDGAME_STRAYS: [f64; 4] = [0.1, 0.1, 0.15, 0.15];
 
 /// Tets treated in all, over the mesh's: far more than are needed, but where walls are thinner than the spacing.
-const TREATED: usize = 4;
+const TREATED: usize = 12;
 
 /// The floor is raised by so much, so that rounding does not bring an angle below it (radians).
 const MARGIN: f64 = 1e-6;
@@ -164,7 +168,8 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5.
     let share = |share: f64| work.treated() + ((complex.tets.len() as f64 * share) as usize).max(ENDGAME_LEAST);
-    let (first, all) = (share(FIRST_ENDGAME_SHARE), share(ENDGAME_SHARE));
+    let budget = |part: f64| Budget { urgent: share(URGENT_SHARE * part), usual: share(part) };
+    let (first, all) = (budget(FIRST_ENDGAME_SHARE), budget(ENDGAME_SHARE));
     let mut bound = STRAYS;
     for (game, share) in ENDGAME_STRAYS.into_iter().enumerate() {
         let loose = &ground.loosened(&complex.facets, share);
@@ -179,8 +184,7 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
             break;
         }
         let (before, begun) = (complex.clone(), complex.commits());
-        let until = if game == 0 { first } else { all };
-        endgame::run(complex, loose, work, (game == 0, until));
+        endgame::run(complex, loose, work, (game == 0, if game == 0 { first } else { all }));
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
             work.forget();
@@ -188,7 +192,7 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         polish::run(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
         bind::release(complex, ground);
-        work.run(complex, loose, all);
+        work.run(complex, loose, all.urgent);
     }
     // 6.
     polish::run(complex, ground, 0);

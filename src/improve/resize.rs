@@ -10,13 +10,23 @@ use super::measure;
 use crate::geometry::frame::snap;
 use crate::geometry::tetrahedron::FACETS;
 
-/// Splits edge (a, b), which must not be a crease, in the middle; the new vertex, unless a tet would be flat or a facet stray.
+/// Splits edge (a, b) in the middle, of a crease on its curve; the new vertex, unless a tet would be flat or a facet stray.
 pub(super) fn split(complex: &mut Complex, ground: &Ground, edge: [u32; 2], change: &mut Change) -> Option<u32> {
-    let place = middle(complex, ground, edge, &complex.edge_facets(edge))?;
-    split_at(complex, ground, edge, place, change)
+    let [a, b] = edge;
+    if !complex.is_crease(a, b) {
+        let place = middle(complex, ground, edge, &complex.edge_facets(edge))?;
+        return split_at(complex, ground, edge, place, change);
+    }
+    let (curve, at) = ground.middle_of_crease(complex, edge)?;
+    let place = ground.features.curves[curve as usize].point_at(at, ground.surface.points());
+    let m = split_at(complex, ground, edge, (snap(place), Freedom::Curve(curve, at)), change)?;
+    complex.remove_crease(edge);
+    complex.add_crease([a, m]);
+    complex.add_crease([m, b]);
+    Some(m)
 }
 
-/// The same with the new vertex at a place of the caller's.
+/// The same with the new vertex at a place of the caller's, for edges that are no creases.
 pub(super) fn split_at(
     complex: &mut Complex,
     ground: &Ground,
@@ -58,7 +68,7 @@ pub(super) fn split_at(
 fn middle(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], facets: &[u32]) -> Option<(DVec3, Freedom)> {
     let half = (complex.points[a as usize] + complex.points[b as usize]) * 0.5;
     let &[f, g] = facets else { return Some((snap(half), Freedom::Inside)) };
-    if complex.is_crease(a, b) || complex.facets[f as usize].face != complex.facets[g as usize].face {
+    if complex.facets[f as usize].face != complex.facets[g as usize].face {
         return None;
     }
     let closest = ground.surface.tree().closest(half);
