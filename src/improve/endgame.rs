@@ -10,11 +10,24 @@ use super::ground::Ground;
 use super::resize::{contract, split};
 use crate::geometry::tetrahedron::EDGES;
 
-/// Tets treated after a split or contraction before it is judged.
-pub(super) const TREATED: usize = 16;
+/// Tets treated after an operation for the sake of the count before it is judged.
+const TREATED: usize = 16;
 
 /// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
 pub(super) const WORSE: f64 = 0.05;
+
+/// One of the endgames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Game {
+    /// How far facets of the boundary may stray, as a share of their size.
+    pub strays: f64,
+    /// Tets treated at most until its end, over all.
+    pub share: f64,
+    /// Tets treated after an operation before it is judged.
+    pub followed: usize,
+    /// Whether edges are split: that helps seldom where the other operations can.
+    pub splits: bool,
+}
 
 /// How many tets are treated at most, in all: while the tet at hand is urgent, and for others.
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +40,8 @@ pub(super) struct Budget {
 const URGENT: f64 = 6.0 / 7.0;
 
 /// Tries flips, contractions and splits around the tets that are left, until none helps or as many tets were treated as the budget
-/// allows. The first time splits wait: they help seldom where the others can.
-pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (first, budget): (bool, Budget)) {
+/// allows.
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (game, budget): (&Game, Budget)) {
     // The commit at which nothing helped a tet, by slot, and at which an operation on an edge did not help.
     let mut hopeless: Vec<u32> = Vec::new();
     let mut vain = Vain::new();
@@ -47,7 +60,7 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (
             if work.treated() >= if is_urgent { budget.urgent } else { budget.usual } {
                 continue;
             }
-            if resolve(complex, ground, work, (t, first), &mut vain) {
+            if resolve(complex, ground, work, (t, game), &mut vain) {
                 gained = true;
             } else {
                 hopeless[t as usize] = complex.commits() + 1;
@@ -72,7 +85,7 @@ fn resolve(
     complex: &mut Complex,
     ground: &Ground,
     work: &mut Worklist,
-    (t, first): (u32, bool),
+    (t, game): (u32, &Game),
     vain: &mut Vain,
 ) -> bool {
     let mut change = Change::default();
@@ -80,7 +93,7 @@ fn resolve(
     let deficit = complex.deficit() * (1.0 - 1e-9) - 1e-12;
     let operations: &[Operation] = if work.keeps_vertices {
         &[Operation::Flip]
-    } else if first {
+    } else if !game.splits {
         &[Operation::Flip, Operation::Contraction]
     } else {
         &[Operation::Flip, Operation::Contraction, Operation::Split]
@@ -108,7 +121,7 @@ fn resolve(
                     Operation::Contraction => contract(complex, ground, ends, WORSE, &mut change),
                     Operation::Split => split(complex, ground, ends, &mut change).is_some(),
                 };
-                if done && work.work_since(complex, ground, mark, Aim { treated: TREATED, least, deficit }) {
+                if done && work.work_since(complex, ground, mark, Aim { treated: game.followed, least, deficit }) {
                     complex.commit();
                     return true;
                 }

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::change::Change;
 use super::complex::{Complex, Facet, Freedom, Mark};
-use super::endgame::{self, Budget, WORSE};
+use super::endgame::{self, Budget, Game, WORSE};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
@@ -94,7 +94,7 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, l
 
 /// Works off the few places that stray most by far, where nothing else went: one at a time, the tets that lack something to
 /// the floor afterwards being left to the endgame; none of it is kept unless that brings them back.
-pub(super) fn run_last(complex: &mut Complex, ground: &Ground, loose: &Ground, work: &mut Worklist) {
+pub(super) fn run_last(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (loose, game): (&Ground, &Game)) {
     let close = CLOSE * ground.surface.diagonal();
     let far = FAR * ground.surface.diagonal();
     let places = places::find(complex, ground, (close, 0));
@@ -103,8 +103,8 @@ pub(super) fn run_last(complex: &mut Complex, ground: &Ground, loose: &Ground, w
         for kept in [KEPT, KEPT_LAST] {
             let before = complex.clone();
             if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept })) {
-                let usual = work.treated() + TREATED_LAST;
-                endgame::run(complex, loose, work, (false, Budget { urgent: usual, usual }));
+                let most = work.treated() + TREATED_LAST;
+                endgame::run(complex, loose, work, (game, Budget { urgent: most, usual: most }));
                 if complex.deficit() <= deficit {
                     break;
                 }

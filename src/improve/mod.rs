@@ -76,7 +76,7 @@ mod volume;
 mod walk;
 
 use complex::Complex;
-use endgame::Budget;
+use endgame::{Budget, Game};
 use floor::Worklist;
 use ground::Ground;
 use walk::Walk;
@@ -84,9 +84,15 @@ use walk::Walk;
 /// Rounds of the polish before the endgame.
 const POLISH_ROUNDS: usize = 2;
 
-/// Tets that the endgames treat at most, all together and the first: shares of all, and not fewer than these.
-const ENDGAME_SHARE: f64 = 0.9;
-const FIRST_ENDGAME_SHARE: f64 = 0.3;
+/// The endgames, with a polish after each.
+const GAMES: [Game; 4] = [
+    Game { strays: 0.1, share: 0.3, followed: 16, splits: false },
+    Game { strays: 0.1, share: 0.9, followed: 40, splits: true },
+    Game { strays: 0.15, share: 1.2, followed: 40, splits: true },
+    Game { strays: 0.15, share: 1.5, followed: 64, splits: true },
+];
+
+/// Tets that the endgames may treat at least.
 const ENDGAME_LEAST: usize = 4_000;
 
 /// For tets far below the floor so many times more.
@@ -94,9 +100,6 @@ const URGENT_SHARE: f64 = 4.0;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
 const STRAYS: f64 = 0.1;
-
-/// The same in each of the endgames, with a polish between.
-const ENDGAME_STRAYS: [f64; 4] = [0.1, 0.1, 0.15, 0.15];
 
 /// Tets treated in all, over the mesh's: far more than are needed, but where walls are thinner than the spacing.
 const TREATED: usize = 12;
@@ -168,23 +171,22 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5.
     let share = |share: f64| work.treated() + ((complex.tets.len() as f64 * share) as usize).max(ENDGAME_LEAST);
-    let budget = |part: f64| Budget { urgent: share(URGENT_SHARE * part), usual: share(part) };
-    let (first, all) = (budget(FIRST_ENDGAME_SHARE), budget(ENDGAME_SHARE));
+    let budgets = GAMES.map(|g| Budget { urgent: share(URGENT_SHARE * g.share), usual: share(g.share) });
     let mut bound = STRAYS;
-    for (game, share) in ENDGAME_STRAYS.into_iter().enumerate() {
-        let loose = &ground.loosened(&complex.facets, share);
-        if share > bound {
+    for (number, (game, budget)) in GAMES.iter().zip(budgets).enumerate() {
+        let loose = &ground.loosened(&complex.facets, game.strays);
+        if game.strays > bound {
             work.forget();
-            bound = share;
+            bound = game.strays;
         }
         if !goes_on(complex) {
             return;
         }
-        if game > 0 && endgame::left(complex).is_empty() {
+        if number > 0 && endgame::left(complex).is_empty() {
             break;
         }
         let (before, begun) = (complex.clone(), complex.commits());
-        endgame::run(complex, loose, work, (game == 0, if game == 0 { first } else { all }));
+        endgame::run(complex, loose, work, (game, budget));
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
             work.forget();
@@ -192,13 +194,13 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
         polish::run(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
         bind::release(complex, ground);
-        work.run(complex, loose, all.urgent);
+        work.run(complex, loose, budget.urgent);
     }
     // 6.
     polish::run(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
     let loose = &ground.loosened(&complex.facets, bound);
-    closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, loose, work));
+    closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, work, (loose, &GAMES[1])));
     goes_on(complex);
 }
 
