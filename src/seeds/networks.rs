@@ -20,9 +20,10 @@ const LOOSE: f64 = 8.0;
 /// Among much noise a network is of the design if it has no loose end and is so many spacings long: wrinkles may close up too.
 const CLEAR: f64 = 16.0;
 
-/// Where no more than this share of all creases is noise or below the resolution, the creases are designed, and all are kept
-/// whole.
+/// Where no more than this share of all creases is noise or below the resolution, and no more than that share ends loose, the
+/// creases are designed, and all are kept whole. On organic shapes, whose folds run out, half of the creases end loose.
 const DETAILS: f64 = 0.15;
+const LOOSE_ENDS: f64 = 0.3;
 
 /// But networks shorter than so many spacings.
 pub(super) const LEAST_DETAIL: f64 = 0.25;
@@ -70,18 +71,23 @@ impl Networks {
         }
         let root: Vec<u32> = (0..vertices as u32).map(|v| joined.find(v)).collect();
         let mut all = vec![Network::default(); vertices];
-        for c in &features.curves {
+        let ends_loose = |c: &Curve| {
             let (a, b) = ends(c);
-            let network = &mut all[root[a as usize] as usize];
+            ends_at[a as usize] == 1 || ends_at[b as usize] == 1
+        };
+        for c in &features.curves {
+            let network = &mut all[root[c.vertices[0] as usize] as usize];
             network.length += steps(c, &spacing);
-            network.is_loose |= ends_at[a as usize] == 1 || ends_at[b as usize] == 1;
+            network.is_loose |= ends_loose(c);
             network.is_given |= c.is_given;
         }
         let is_noise = |n: &Network| n.length < if n.is_loose { LOOSE } else { RESOLVED };
         // What the user asked for is kept in any case, and says nothing of the rest.
         let noise: f64 = all.iter().filter(|n| !n.is_given && is_noise(n)).map(|n| n.length).sum();
-        let own = features.curves.iter().filter(|c| !c.is_given).map(|c| steps(c, &spacing));
-        let designed = has_room && noise <= DETAILS * own.sum::<f64>();
+        let own = || features.curves.iter().filter(|c| !c.is_given);
+        let length: f64 = own().map(|c| steps(c, &spacing)).sum();
+        let loose: f64 = own().filter(|c| ends_loose(c)).map(|c| steps(c, &spacing)).sum();
+        let designed = has_room && noise <= DETAILS * length && loose <= LOOSE_ENDS * length;
         let least = if designed { LEAST_DETAIL } else { RESOLVED };
         for n in &mut all {
             n.kept = n.is_given || n.length >= least;
