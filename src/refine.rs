@@ -33,6 +33,10 @@ const PIT_ROUNDS: usize = 20;
 const FIDELITY_ROUNDS: usize = 3;
 const FIDELITY_SMOOTHING: usize = 2;
 
+/// A place with a seed of the surface within this share of the spacing gains nothing by another: at an acute tip the corner
+/// itself may be in no tet yet.
+const OCCUPIED: f64 = 0.1;
+
 /// Rounds that also split the edges of creases that the mesh lacks.
 const CREASE_ROUNDS: usize = 10;
 
@@ -70,7 +74,10 @@ pub fn follow_surface(
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
         let labels = extract::label(&sampling, relaxation.clipped());
-        let mut donors = donors(relaxation, &sampling, &fidelity::proposals(&sampling, &labels));
+        let mut proposals = fidelity::proposals(&sampling, &labels);
+        let taken = taken_places(relaxation, &kinds);
+        proposals.retain(|p| !taken.any_within(p.place, OCCUPIED * relaxation.seeds().spacing_at(p.place)));
+        let mut donors = donors(relaxation, &sampling, &proposals);
         // The surface of a thin solid, which has all the seeds already, gains nothing by robbing itself.
         donors.retain(|&(donor, _)| kinds[donor as usize] == SeedKind::Interior);
         if donors.is_empty() {
@@ -88,6 +95,15 @@ pub fn follow_surface(
         }
     }
     Ok(Stopped::Iterations)
+}
+
+/// The places of the seeds that are bound to the surface.
+fn taken_places(relaxation: &Relaxation, kinds: &[SeedKind]) -> Places {
+    let seeds = relaxation.seeds();
+    let mut places = Places::new(seeds.spacing);
+    let bound = seeds.positions.iter().zip(kinds).filter(|(_, k)| **k != SeedKind::Interior);
+    bound.for_each(|(&p, _)| places.insert(p));
+    places
 }
 
 /// Labels the tets of the mesh; inserts seeds until they form one. After an interruption only what must be is mended.

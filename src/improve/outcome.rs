@@ -74,10 +74,14 @@ fn least([a, b, c, d]: [u32; 4]) -> u32 {
     a.min(b).min(c).min(d)
 }
 
+/// What is shown of an angle, in degrees.
+const SHOWN: f64 = 0.005;
+
 /// What became of the floor, for a human: reached, or how many tets are below it, where the worst is and why.
 pub(super) fn describe(complex: &Complex, ground: &Ground, floor: f64) -> String {
     let below = |&t: &u32| {
-        measure::extremes(complex.corners(complex.tets[t as usize])).is_none_or(|e| e[0].to_degrees() < floor)
+        let extremes = measure::extremes(complex.corners(complex.tets[t as usize]));
+        extremes.is_none_or(|e| e[0].to_degrees() < floor - SHOWN)
     };
     let left: Vec<u32> = endgame::left(complex).into_iter().filter(below).collect();
     let angle = |t: u32| {
@@ -126,7 +130,7 @@ fn reason(complex: &Complex, t: u32) -> &'static str {
     } else if tet.iter().all(|&v| complex.freedom[v as usize].is_bound()) {
         "its vertices are bound to corners and creases closer than the spacing"
     } else if tet.iter().all(|&v| complex.on_boundary(v)) {
-        "it spans a wall thinner than the spacing"
+        "its corners are all on the surface, where a wall or a tip is thinner than the spacing"
     } else {
         "no local change raises it"
     }
