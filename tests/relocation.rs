@@ -77,6 +77,12 @@ pub fn motions(points: &[DVec3], h: f64, seed: u64) -> Vec<(&'static str, Vec<DV
         ("large", each(&mut |r, _, p| p + r.point() * (0.3 * h))),
         ("one leaps", each(&mut |r, i, p| if i == 1 { r.point() } else { p })),
         ("few leap", each(&mut |r, i, p| if i % 97 == 5 { r.point() } else { p })),
+        (
+            "few leap, all tremble",
+            each(&mut |r, i, p| if i % 97 == 5 { r.point() } else { p + r.point() * (1e-3 * h) }),
+        ),
+        ("few leap to a grid", each(&mut |r, i, p| if i % 61 == 5 { (r.point() * 8.0).round() / 8.0 } else { p })),
+        ("few leap to a sphere", each(&mut |r, i, p| if i % 61 == 7 { r.point().normalize_or(DVec3::Y) } else { p })),
         ("few leave", each(&mut |r, i, p| if i % 97 == 5 { r.point() * 9.0 } else { p })),
         ("all leap", each(&mut |r, _, _| r.point())),
         ("change places", mixed),
@@ -207,6 +213,53 @@ fn a_few_may_leap_anywhere() {
     }
 }
 
+/// A part of the points leaps, to places of every kind, while the rest stays or moves a little; with far points around and
+/// without, and none of it is built anew.
+#[test]
+fn those_that_leap_are_put_elsewhere() {
+    let far = [-4.0, 5.0].map(|x| [-4.0, 5.0].map(|y| [-4.0, 5.0].map(|z| DVec3::new(x, y, z))));
+    for (kind, rest) in [
+        ("uniform", uniform(4000, 71)),
+        ("jittered lattice", jittered_lattice(4000, 0.1, 72)),
+        ("exact lattice", jittered_lattice(4000, 0.0, 73)),
+        ("layers", layers(4000, 9, 74)),
+    ] {
+        for around in [&far.as_flattened().as_flattened()[..], &[]] {
+            let points = [&rest[..], around].concat();
+            let h = (points.len() as f64).cbrt().recip();
+            let start = Delaunay::build(&points).expect("these points have tets");
+            let mut leapt = 0;
+            for step in 0..24u64 {
+                let mut rng = Rng(75 + step);
+                let tremble = h * [0.0, 1e-9, 1e-5, 1e-3][step as usize % 4];
+                let every = [1000, 150, 40][step as usize % 3];
+                let goal = |rng: &mut Rng| match step % 6 {
+                    0 | 1 => rng.point(),
+                    2 => (rng.point() * 32.0).round() / 32.0 + DVec3::X / 64.0,
+                    3 => DVec3::splat(0.5) + (rng.point() - 0.5).normalize_or(DVec3::X) * 0.25,
+                    4 => rng.point() * 1.5,
+                    _ => DVec3::new(rng.point().x, rng.point().y, 0.5),
+                };
+                let mut to = points.clone();
+                for p in &mut to[..rest.len()] {
+                    *p = if rng.below(every) == 0 { goal(&mut rng) } else { *p + rng.point() * tremble };
+                }
+                let what = format!("{kind}, {} around, step {step}", around.len());
+                let mut delaunay = start.clone();
+                for (to, way) in [(&to, "there"), (&points, "back")] {
+                    let Some(report) = follow(&mut delaunay, to, &format!("{what}, {way}")) else { break };
+                    // Layers and exact lattices lie on planes, and to tremble spoils most of their tets; outside, points are
+                    // so far from each other that to come back is not far.
+                    let any = kind == "layers" || kind == "exact lattice" || (step % 6 == 4 && way == "back");
+                    assert!(!report.rebuilt || any, "{what}, {way}: {report:?}");
+                    leapt += report.held_back;
+                }
+            }
+            assert!(leapt > 200 || kind == "layers", "{kind}: {leapt} leapt");
+        }
+    }
+}
+
 #[test]
 fn errors_leave_everything_as_it_was() {
     let points = uniform(300, 80);
@@ -218,7 +271,7 @@ fn errors_leave_everything_as_it_was() {
         f(&mut to);
         to
     };
-    let cases: [(Vec<DVec3>, DelaunayError); 6] = [
+    let cases: [(Vec<DVec3>, DelaunayError); 7] = [
         (points[..299].to_vec(), DelaunayError::WrongCount { count: 299, expected: 300 }),
         (
             change(&|p| p[7].y = f64::INFINITY),
@@ -227,6 +280,13 @@ fn errors_leave_everything_as_it_was() {
         (
             change(&|p| p[9] = p[200]),
             DelaunayError::Duplicates { count: 1, first: 9, second: 200, point: jitter[200].to_array() },
+        ),
+        (
+            // Two that leap to one place, amid others that do.
+            change(&|p| {
+                [20, 60, 77, 150].into_iter().zip([1, 4, 2, 4]).for_each(|(v, k)| p[v] = jitter[k] * 0.5 + 0.25)
+            }),
+            DelaunayError::Duplicates { count: 1, first: 60, second: 150, point: (jitter[4] * 0.5 + 0.25).to_array() },
         ),
         (change(&|p| p.iter_mut().for_each(|p| p.z = 0.25)), DelaunayError::Flat { count: 300 }),
         (

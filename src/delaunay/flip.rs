@@ -10,7 +10,7 @@ use super::facet::{Facet, INFINITE};
 use crate::geometry::predicates::{Sign, insphere_perturbed, orient3d};
 
 /// First vertex of a tet that is no longer part of the triangulation.
-const DEAD: u32 = INFINITE;
+pub const DEAD: u32 = INFINITE;
 
 /// Most vertices of the tets of a flip.
 const LABELS: usize = 6;

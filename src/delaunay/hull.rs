@@ -14,7 +14,7 @@
 use glam::DVec3;
 
 use super::facet::INFINITE;
-use super::flip::Mesh;
+use super::flip::{DEAD, Mesh};
 use crate::geometry::predicates::{Sign, orient3d};
 
 /// Lines through o that are tried until one meets no edge.
@@ -41,7 +41,7 @@ impl Mesh {
             return Guard::Kept;
         }
         self.inside = middle(old);
-        let facets = self.vertices.iter().filter(|t| t[3] == INFINITE);
+        let facets = self.vertices.iter().filter(|t| t[3] == INFINITE && t[0] != DEAD);
         let depths = facets.map(|&[a, b, c, _]| depth(self.inside, [a, b, c].map(|v| old[v as usize])));
         let room = depths.fold(f64::INFINITY, f64::min);
         // Half of it must be left, lest it be renewed time and again.

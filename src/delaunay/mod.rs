@@ -33,6 +33,8 @@ mod insert;
 
 mod insert_vertex;
 
+mod leaps;
+
 mod locate;
 
 mod motion;

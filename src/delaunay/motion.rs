@@ -12,6 +12,7 @@ use super::detect::{LANES, suspects};
 use super::facet::{Facet, INFINITE};
 use super::flip::Mesh;
 use super::hull::Guard;
+use super::leaps::Leaps;
 use super::relocate::Relocation;
 use super::repair::{GivenUp, Lists};
 use super::schedule::{Schedule, stands_still};
@@ -41,11 +42,14 @@ const SAMPLE: usize = 128;
 /// But not fewer than this.
 const LEAST_SAMPLE: usize = 512;
 
-/// If more than this share of a sample is suspect, building anew is faster.
-const MOST_OF_SAMPLE: f64 = 1.0 / SUSPECTS as f64;
+/// As [`SUSPECTS`], of a sample.
+const SUSPECTS_SHARE: f64 = 1.0 / SUSPECTS as f64;
 
 /// Certificates are taken if a smaller share of tets than this would be tested after each motion.
 const WORTH_WHILE: f64 = 0.09;
+
+/// So many motions go by before it is asked again, if it was just not worth while: to ask costs a tenth of a test of all.
+const PATIENCE: f64 = 4.0;
 
 /// If certificates of more tets than this share have run out, all tets are tested, without. A test with a certificate takes
 /// up to four times as long as one without.
@@ -77,6 +81,7 @@ pub struct Motion {
     /// Whether `schedule` fits the triangulation.
     certified: bool,
     pub lists: Lists,
+    leaps: Leaps,
     rash: Vec<u32>,
     star: Vec<u32>,
     tested: Vec<u32>,
@@ -100,8 +105,9 @@ impl Motion {
     ) -> Result<(), GivenUp> {
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64();
-        let longest = self.take(old, new);
+        let mut longest = self.take(old, new);
         report.all_tets = self.mesh.vertices.len();
+        self.leaps.find(&self.steps2);
         if !self.ready {
             if self.is_too_rough() {
                 report.seconds.filter = lap();
@@ -110,12 +116,31 @@ impl Motion {
             self.make_ready();
             self.wait = 0;
         }
-        let found = self.find(old, longest, filter, report);
+        self.leaps.keep_far(&self.mesh, old, &self.steps2);
+        if !self.leaps.is_empty() {
+            // Nothing is taken out before it is known to be worth while.
+            if self.is_too_rough() {
+                report.seconds.filter = lap();
+                return Err(GivenUp);
+            }
+            longest = self.leaps.others_longest(&mut self.steps2);
+        }
         report.seconds.filter = lap();
         self.mesh.begin();
-        let result =
-            found.and_then(|(suspects, guard)| self.mesh.mend_all(&suspects, guard, old, &mut self.lists, report));
+        let mut result = self.leaps.take_out(&mut self.mesh, old, new);
+        report.seconds.repair = lap();
+        if result.is_ok() {
+            result = self.find(old, longest, filter, report).and_then(|(suspects, guard)| {
+                report.seconds.filter += lap();
+                self.mesh.mend_all(&suspects, guard, old, &mut self.lists, report)
+            });
+        }
         lap();
+        if result.is_ok() {
+            result = self.leaps.put_in(&mut self.mesh);
+            report.held_back += self.leaps.len();
+            report.seconds.repair += lap();
+        }
         match result {
             Ok(()) => self.finish(report),
             Err(GivenUp) => {
@@ -188,15 +213,22 @@ impl Motion {
                 return Ok((self.test_all(report), guard));
             }
             // The more there would be to do, the later it is asked again.
-            self.wait = (tested / WORTH_WHILE) as u32;
+            self.wait = (PATIENCE * tested / WORTH_WHILE) as u32;
         }
         report.tets = count;
-        Ok((suspects(&self.mesh.points, &self.mesh.vertices, &self.mesh.opposite), guard))
+        let mut suspects = suspects(&self.mesh.points, &self.mesh.vertices, &self.mesh.opposite);
+        if !self.leaps.is_empty() {
+            suspects.retain(|&t| !self.mesh.is_dead(t));
+        }
+        Ok((suspects, guard))
     }
 
     /// Leaves the tets that are due in `tested`.
     fn find_due(&mut self) {
         self.schedule.advance(&self.steps2, &mut self.rash);
+        // What vertices that leap have left behind.
+        self.schedule.resize(self.mesh.vertices.len());
+        self.mesh.written().for_each(|t| self.schedule.wake(t));
         for &v in &self.rash {
             self.mesh.star(v, &mut self.star);
             for &t in &self.star {
@@ -212,6 +244,9 @@ impl Motion {
     /// Tests the tets that are due. Returns those that could not be cleared.
     fn test_due(&mut self, report: &mut Relocation) -> Vec<u32> {
         let Motion { mesh, steps2, schedule, tested, certificates, .. } = self;
+        if !self.leaps.is_empty() {
+            tested.retain(|&t| !mesh.is_dead(t));
+        }
         report.tets = tested.len();
         let mut suspects = Vec::new();
         for tested in tested.chunks(AT_ONCE * rayon::current_num_threads()) {
@@ -239,13 +274,20 @@ impl Motion {
 
     /// Whether a few tets show that so much has changed that building anew is faster: to be found out before anything else
     /// is done if what is kept from one motion to the next is not there yet.
+    ///
+    /// Tets of vertices that leap are not asked, unless that is most of them.
     fn is_too_rough(&mut self) -> bool {
         self.choose_sample();
         let Mesh { vertices, neighbors, points, .. } = &self.mesh;
-        let across = |t: &u32| neighbors[*t as usize].map(|f| vertices[f.tet() as usize][f.slot()]);
-        let tets: Vec<[u32; 4]> = self.tested.iter().map(|&t| vertices[t as usize]).collect();
-        let opposite: Vec<[u32; 4]> = self.tested.iter().map(across).collect();
-        suspects(points, &tets, &opposite).len() as f64 > MOST_OF_SAMPLE * tets.len() as f64 + MANY as f64
+        let corners = |&t: &u32| vertices[t as usize];
+        let apexes = |&t: &u32| neighbors[t as usize].map(|f| vertices[f.tet() as usize][f.slot()]);
+        let leaps = |t: &u32| corners(t).iter().chain(&apexes(t)).any(|&v| self.leaps.contains(v));
+        let resting: Vec<u32> = self.tested.iter().copied().filter(|t| !leaps(t)).collect();
+        let sample = if 2 * resting.len() < self.tested.len() { &self.tested } else { &resting };
+        let tets: Vec<[u32; 4]> = sample.iter().map(corners).collect();
+        let opposite: Vec<[u32; 4]> = sample.iter().map(apexes).collect();
+        let most = SUSPECTS_SHARE + MANY as f64 / vertices.len() as f64;
+        suspects(points, &tets, &opposite).len() as f64 > most * tets.len() as f64
     }
 
     /// The share of tets that certificates would leave to be tested after each motion, judged by a few tets.
@@ -269,7 +311,7 @@ impl Motion {
         let group = |start: usize| start as u32..count.min(start + LANES) as u32;
         self.tested.clear();
         self.tested.extend((0..count).step_by(stride).flat_map(group));
-        self.tested.retain(|&t| self.mesh.vertices[t as usize][3] != INFINITE);
+        self.tested.retain(|&t| self.mesh.vertices[t as usize][3] != INFINITE && !self.mesh.is_dead(t));
     }
 
     /// Makes ready for the next motion.
@@ -279,7 +321,7 @@ impl Motion {
             self.schedule.resize(self.mesh.vertices.len());
             self.mesh.written().for_each(|t| self.schedule.wake(t));
         }
-        self.disorder += TETS_OF_A_FLIP * report.flips;
+        self.disorder += TETS_OF_A_FLIP * report.flips + self.leaps.made();
         if self.disorder * DISORDER > self.mesh.vertices.len() {
             self.mesh.sort();
             (self.disorder, self.certified) = (0, false);
@@ -322,7 +364,7 @@ impl Mesh {
         if guard == Guard::Lost && !self.fills_space_once(&infinite) {
             return Err(GivenUp);
         }
-        report.seconds.repair = lap();
+        report.seconds.repair += lap();
         // 3. Flips.
         self.flip_all(lists, report)?;
         report.seconds.flips = lap();

@@ -6,6 +6,7 @@
 //! - C. L. Lawson, *Properties of n-dimensional triangulations*, Computer Aided Geometric Design 3(4), 1986,
 //!   doi 10.1016/0167-8396(86)90001-4: the flips.
 //!
+//! 0. A few vertices that go far while the others go little are taken out first, and put in at the end (`leaps.rs`).
 //! 1. Move all vertices. Of tets that were tested before it is known how far their vertices may go before anything can have
 //!    changed (`certificate.rs`), and so after which motion each is due (`schedule.rs`); or while much moves, all are due. Test
 //!    those, and their facets at once; what is not certain is suspect (`detect.rs`, `motion.rs`).
@@ -13,7 +14,7 @@
 //!    until all tets are positive (`repair.rs`). The hull tells whether the tets then fill space once (`hull.rs`).
 //! 3. Flip facets, from the suspect ones on, until all are Delaunay (`repair.rs`, `flip.rs`). The predicates are those of the
 //!    construction, perturbation included, so the result is the one triangulation that there is.
-//! 4. Bring the vertices held back home, each as far as its tets stay positive, and flip; again until all are home.
+//! 4. Bring the vertices held back home, each as far as its tets stay positive, and flip; again until all are home, or put there.
 //! 5. Close gaps in the numbering; now and then bring the tets into the order of their vertices.
 //!
 //! Where 1 or 2 find that too much has changed, or 4 or 3 come to no end, what was done is taken back and the triangulation

@@ -10,18 +10,19 @@
 //!   it may make it flippable.
 //! - **Held vertices** go to just before the first of their tets would be flat. That tet, if it is not Delaunay there, is
 //!   flipped away; and if it is, as can happen on the hull, it is flipped all the same, and what is wrong with that is mended
-//!   after the vertex has passed.
+//!   after the vertex has passed. One that does not get there so is taken out at last, and put in at its place.
 
 use glam::DVec3;
 
 use super::facet::INFINITE;
 use super::flip::Mesh;
+use super::region::Region;
 use super::relocate::Relocation;
 use crate::geometry::predicates::Sign;
 use crate::geometry::tetrahedron::volume6;
 
-/// How often held vertices are tried before the repair is given up.
-const ROUNDS: usize = 40;
+/// How often held vertices are led on before they are taken out and put in.
+const ROUNDS: usize = 10;
 
 /// So many flips are made in any case.
 const FLIPS: usize = 1000;
@@ -152,7 +153,7 @@ impl Mesh {
             next.dedup();
             std::mem::swap(&mut bad, &mut next);
         }
-        report.held_back = lists.held.len();
+        report.held_back += lists.held.len();
         Ok(())
     }
 
@@ -267,7 +268,25 @@ impl Mesh {
                 self.flip_all(lists, report)?;
             }
         }
-        if lists.held.is_empty() { Ok(()) } else { Err(GivenUp) }
+        self.put_home(lists)
+    }
+
+    /// Takes out the vertices that cannot be led to their places, and puts them in there: all else is Delaunay by then.
+    fn put_home(&mut self, lists: &mut Lists) -> Result<(), GivenUp> {
+        if lists.held.is_empty() {
+            return Ok(());
+        }
+        if self.is_stuck(lists) {
+            return Err(GivenUp);
+        }
+        let mut region = Region::default();
+        for (v, goal) in lists.held.drain(..) {
+            self.remove_vertex(v, &mut region).map_err(|_| GivenUp)?;
+            self.points[v as usize] = goal;
+            self.insert_vertex(v, region.ids[0], &mut region).map_err(|_| GivenUp)?;
+        }
+        lists.forget_stuck();
+        Ok(())
     }
 
     /// Moves a vertex towards its goal; where a tet would turn around, to just before that, and flips that tet away.
