@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use tetcvt::params::Target;
-use tetcvt::progress::Silent;
+use tetcvt::progress::{Observer, Silent};
 use tetcvt::seeds::SeedKind;
 use tetcvt::surface::features::{Curve, Features};
 use tetcvt::{Params, Surface, TetMesh, io, tetrahedralize};
@@ -133,6 +133,33 @@ fn creases_that_meet_at_acute_angles_are_whole() {
         assert!(chains.missing.is_empty(), "{tips} tips: missing at {:?}", chains.missing);
         assert!(chains.stray < 1e-9 && chains.left_out == 0.0, "{tips} tips: {}", chains.stray);
     }
+}
+
+/// Hears how many seeds went to follow the surface.
+#[derive(Default)]
+struct Notes(Vec<String>);
+
+impl Observer for Notes {
+    fn note(&mut self, text: &str) {
+        self.0.push(text.to_string());
+    }
+}
+
+#[test]
+fn tips_that_have_their_seeds_get_no_more() {
+    // A cube with a tall pyramid on each side: before the mesh is mended tips may be in no tet.
+    let cube = (0..8).map(|i: u32| [0, 1, 2].map(|k| if i >> k & 1 == 1 { 0.125 } else { -0.125 }));
+    let tips = (0..6).map(|i| std::array::from_fn(|k| if k == i % 3 { if i < 3 { 0.5 } else { -0.5 } } else { 0.0 }));
+    let points: Vec<DVec3> = cube.chain(tips).map(DVec3::from_array).collect();
+    let sides = [[1, 3, 7, 5], [2, 6, 7, 3], [4, 5, 7, 6], [0, 4, 6, 2], [0, 1, 5, 4], [0, 2, 3, 1]];
+    let faces = (8..).zip(sides).flat_map(|(tip, s)| (0..4).map(move |k| vec![s[k], s[(k + 1) % 4], tip]));
+    let surface = Shape { points, faces: faces.collect() }.surface().expect("a sound surface");
+    let mut notes = Notes::default();
+    let params = Params { target: Target::Count(20_000), iterations: 20, improve: false, ..Params::default() };
+    let mesh = tetrahedralize(&surface, &params, &mut notes).expect("a mesh");
+    let moved: Vec<&String> = notes.0.iter().filter(|n| n.contains("flat facets")).collect();
+    assert!(moved.is_empty(), "{moved:?}");
+    assert!(chains(&surface, &mesh).missing.is_empty());
 }
 
 #[test]

@@ -131,3 +131,51 @@ impl Networks {
         kept
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// A crease over these vertices, of such a length in spacings of 1.
+    fn crease(vertices: Vec<u32>, length: f64) -> Curve {
+        let last = (vertices.len() - 1) as f64;
+        let arc = (0..vertices.len()).map(|i| length * i as f64 / last).collect();
+        Curve { vertices, arc, is_given: false }
+    }
+
+    /// For each crease, whether it is kept, and whole.
+    fn networks(curves: Vec<Curve>) -> Vec<(bool, bool)> {
+        // A fan over a regular polygon, from both sides: all that matters of it is that it has vertices enough.
+        let count = 40;
+        let rim = (0..count).map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(count)).sin_cos();
+            DVec3::new(cos, sin, 0.0)
+        });
+        let points: Vec<DVec3> = rim.chain([DVec3::Z, -DVec3::Z]).collect();
+        let next = |i: u32| (i + 1) % count;
+        let triangles: Vec<[u32; 3]> =
+            (0..count).flat_map(|i| [[i, next(i), count], [next(i), i, count + 1]]).collect();
+        let each: Vec<u32> = (0..triangles.len() as u32).collect();
+        let surface = Surface::new(&points, &triangles, &each, &each).expect("a closed surface");
+        let features = Features { corners: Vec::new(), curves, face: Vec::new() };
+        let networks = Networks::of(&surface, &features, true, |_| 1.0);
+        let of = |c: &Curve| (networks.at(c.vertices[0]).kept, networks.at(c.vertices[0]).whole);
+        features.curves.iter().map(of).collect()
+    }
+
+    #[test]
+    fn creases_that_end_loose_tell_an_organic_shape() {
+        let rings = || vec![crease(vec![0, 1, 2, 0], 10.0), crease(vec![3, 4, 5, 3], 20.0)];
+        let all = |extra: Vec<Curve>| networks(rings().into_iter().chain(extra).collect());
+        // Rings alone are of the design, and so is a seam that runs out, as long as it is little of all.
+        assert_eq!(all(vec![]), [(true, true); 2]);
+        assert_eq!(all(vec![crease(vec![6, 7], 9.0)]), [(true, true); 3]);
+        // Among many long folds only the long ring is.
+        let folds = vec![crease(vec![6, 7], 9.0), crease(vec![8, 9], 9.0)];
+        assert_eq!(all(folds), [(true, false), (true, true), (true, false), (true, false)]);
+        // Short ones are noise, and tell the same.
+        let wrinkles: Vec<Curve> = (0..5).map(|i| crease(vec![10 + 2 * i, 11 + 2 * i], 1.5)).collect();
+        assert_eq!(all(wrinkles), [[(true, false), (true, true)].as_slice(), &[(false, false); 5]].concat());
+    }
+}

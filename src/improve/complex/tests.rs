@@ -1,4 +1,5 @@
 use super::*;
+use crate::improve::bind;
 use crate::improve::change::Change;
 use crate::improve::faces::remove_faces;
 use crate::improve::flips::remove_edge;
@@ -35,6 +36,7 @@ fn grid(surface: &Surface, features: &Features, n: u32) -> Complex {
         let freedom = match walls {
             0 => Freedom::Inside,
             1 => Freedom::Surface(surface.tree().closest(p).triangle),
+            2 => on_crease(surface, features, p),
             _ => Freedom::Fixed,
         };
         let shake = if walls == 0 { rng.in_cube() * (0.02 / f64::from(n)) } else { DVec3::ZERO };
@@ -69,9 +71,20 @@ fn grid(surface: &Surface, features: &Features, n: u32) -> Complex {
             }
         }
     }
+    let creases = bind::crease_edges(&complex, &ground);
+    complex.set_creases(creases.into_iter());
     complex.commit();
     complex.set_floor(0.6);
     complex
+}
+
+/// The crease that a point is on.
+fn on_crease(surface: &Surface, features: &Features, p: DVec3) -> Freedom {
+    let found = (0..).zip(&features.curves).find_map(|(number, curve)| {
+        let (at, distance2) = curve.closest(p, surface.points());
+        (distance2 < 1e-24).then_some(Freedom::Curve(number, at))
+    });
+    found.expect("an edge of the cube is a crease")
 }
 
 /// All that a rollback must bring back, to the last bit; the order within a star may change.
@@ -90,7 +103,7 @@ fn state(complex: &Complex) -> impl PartialEq + use<> {
         (0..complex.tets.len()).filter(|&t| complex.is_alive(t as u32)).map(|t| complex.quality[t].to_bits()).collect();
     let free = (complex.free_tets.clone(), complex.free_facets.clone(), complex.free_vertices.clone());
     let facets: Vec<Option<Facet>> = complex.facets.iter().map(|f| (f.vertices[0] != NONE).then_some(*f)).collect();
-    let rest = (complex.tets.clone(), facets, complex.freedom.clone(), complex.region.clone());
+    let rest = (complex.tets.clone(), facets, complex.freedom.clone(), complex.region.clone(), complex.creases.clone());
     (bits, stars, alive, free, rest, complex.deficit.to_bits())
 }
 
@@ -152,4 +165,29 @@ fn a_rollback_brings_everything_back_to_the_last_bit() {
         }
     }
     assert!(made > 300, "only {made} operations were possible");
+}
+
+#[test]
+fn a_crease_that_is_split_stays_a_crease() {
+    let surface = cube();
+    let features = Features::find(&surface, 40.0);
+    let twin = edges::twins(surface.triangles());
+    let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
+    let mut complex = grid(&surface, &features, 4);
+    let creases: Vec<[u32; 2]> = complex.creases.iter().copied().filter(|[a, b]| a < b).collect();
+    assert_eq!(creases.len(), 12 * 4);
+    let (whole, mut change) = (volume(&complex), Change::default());
+    for [a, b] in creases {
+        let (tets, facets) = (complex.star(a).len(), complex.edge_facets([a, b]).len());
+        assert!(tets > 0 && facets == 2);
+        let m = split(&mut complex, &ground, [a, b], &mut change).expect("nothing is in the way");
+        assert!(complex.is_crease(a, m) && complex.is_crease(m, b) && !complex.is_crease(a, b));
+        let [p, q, middle] = complex.corners([a, b, m]);
+        assert!(middle.distance((p + q) / 2.0) < 1e-15, "{middle} between {p} and {q}");
+        assert!(matches!(complex.freedom[m as usize], Freedom::Curve(..)));
+        assert_eq!(complex.edge_facets([a, m]).len(), 2);
+    }
+    assert_eq!(complex.creases.len(), 2 * 12 * 8);
+    assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+    assert!((0..complex.tets.len() as u32).all(|t| !complex.is_alive(t) || complex.quality[t as usize] > 0.0));
 }
