@@ -370,8 +370,9 @@ impl Mesh {
         report.seconds.flips = lap();
         // 4. Home.
         self.bring_home(lists, report)?;
+        let result = self.unstick(lists, report);
         report.seconds.repair += lap();
-        if self.is_stuck(lists) { Err(GivenUp) } else { Ok(()) }
+        result
     }
 
     /// Brings the tets into the order of their least vertices.
