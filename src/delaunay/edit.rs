@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::facet::{Facet, INFINITE};
 use super::range::{flush, holds_scale, may_join};
 use super::region::Region;
-use super::remove_vertex::slot_of;
+use super::remove_vertex::{Kept, slot_of};
 use super::{Delaunay, DelaunayError};
 
 /// What edits keep from one to the next.
@@ -68,7 +68,11 @@ impl Delaunay {
             mesh.compact();
         }
         self.take_from_mesh();
-        removed.map_err(|_| DelaunayError::Flat { count })
+        match removed {
+            Ok(()) => Ok(()),
+            Err(Kept::AllFlat) => Err(DelaunayError::Flat { count }),
+            Err(Kept::Torn) => unreachable!("the link is among its own Delaunay facets: this is a bug in tetcvt"),
+        }
     }
 
     fn insert_from(&mut self, point: DVec3, near: u32) -> Result<u32, DelaunayError> {

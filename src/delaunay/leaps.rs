@@ -110,7 +110,7 @@ impl Leaps {
     /// Puts them in where they are now.
     pub fn put_in(&mut self, mesh: &mut Mesh) -> Result<(), GivenUp> {
         let goals: Vec<DVec3> = self.vertices.iter().map(|&v| mesh.at(v)).collect();
-        let Some(mut near) = (0..mesh.vertices.len() as u32).find(|&t| !mesh.is_dead(t)) else { return Err(GivenUp) };
+        let mut near = mesh.any_tet().ok_or(GivenUp)?;
         for i in hilbert_order(&goals) {
             // Where another vertex is already there is no triangulation.
             mesh.insert_vertex(self.vertices[i as usize], near, &mut self.region).map_err(|_| GivenUp)?;

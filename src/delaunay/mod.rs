@@ -53,6 +53,8 @@ mod repair;
 
 mod schedule;
 
+mod stuck;
+
 mod tets;
 
 mod tolerance;

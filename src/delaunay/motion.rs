@@ -19,7 +19,7 @@ use super::schedule::{Schedule, stands_still};
 use crate::geometry::predicates::Sign;
 
 /// If more than one in so many tets is reversed, building anew is faster.
-const REVERSED: usize = 250;
+const REVERSED: usize = 64;
 
 /// So many reversed tets are mended in any case.
 const FEW: usize = 16;
@@ -28,7 +28,7 @@ const FEW: usize = 16;
 const MANY: usize = 64;
 
 /// If more than one in so many tets is suspect, building anew is faster.
-const SUSPECTS: usize = 8;
+const SUSPECTS: usize = 6;
 
 /// Tets are brought into order when one in so many has been made anew.
 const DISORDER: usize = 4;
@@ -370,8 +370,9 @@ impl Mesh {
         report.seconds.flips = lap();
         // 4. Home.
         self.bring_home(lists, report)?;
+        let result = self.unstick(lists, report);
         report.seconds.repair += lap();
-        if self.is_stuck(lists) { Err(GivenUp) } else { Ok(()) }
+        result
     }
 
     /// Brings the tets into the order of their least vertices.

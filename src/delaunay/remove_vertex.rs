@@ -19,16 +19,21 @@ use super::flip::Mesh;
 use super::insert::Construction;
 use super::region::Region;
 
-/// All points but the one to be removed lie on a plane: nothing has changed.
+/// Why a vertex could not be taken out: nothing has changed.
 #[derive(Debug)]
-pub struct AllFlat;
+pub enum Kept {
+    /// All other points lie on a plane.
+    AllFlat,
+    /// The triangulation is not Delaunay here, and the link's vertices on their own do not have its facets.
+    Torn,
+}
 
 /// A facet as three numbers, turned so that the least comes first: which side is meant is told by the order.
 type Turn = [u32; 3];
 
 impl Mesh {
     /// Makes vertex `v` no part of the triangulation any more. The tets that fill its hole are then `region.ids`.
-    pub fn remove_vertex(&mut self, v: u32, region: &mut Region) -> Result<(), AllFlat> {
+    pub fn remove_vertex(&mut self, v: u32, region: &mut Region) -> Result<(), Kept> {
         // 1. The star, and its link.
         self.star_of(v, region);
         let mut link = Vec::with_capacity(region.old.len());
@@ -44,7 +49,7 @@ impl Mesh {
         // 2. Its vertices on their own.
         region.new.clear();
         match Construction::of(around.iter().map(|&w| self.at(w))) {
-            Ok(few) => fill(&few, &around, link, &mut region.new),
+            Ok(few) => fill(&few, &around, link, &mut region.new)?,
             Err(_) => self.close_flat(v, region)?,
         }
         // 4. Into the hole.
@@ -58,7 +63,7 @@ impl Mesh {
     }
 
     /// Fills the hole of a vertex whose link lies in a plane, with infinite tets.
-    fn close_flat(&self, v: u32, region: &mut Region) -> Result<(), AllFlat> {
+    fn close_flat(&self, v: u32, region: &mut Region) -> Result<(), Kept> {
         for &t in &region.old {
             let mut tet = self.vertices[t as usize];
             if tet[3] == INFINITE {
@@ -66,7 +71,7 @@ impl Mesh {
             }
             let slot = slot_of(tet, v);
             if self.opposite[t as usize][slot] == INFINITE {
-                return Err(AllFlat);
+                return Err(Kept::AllFlat);
             }
             tet[slot] = INFINITE;
             region.new.push(tet);
@@ -76,7 +81,7 @@ impl Mesh {
 }
 
 /// 3. The tets among the few points that are on the side of the hole, with the numbers that their vertices have here.
-fn fill(few: &Construction, around: &[u32], mut link: Vec<Turn>, new: &mut Vec<[u32; 4]>) {
+fn fill(few: &Construction, around: &[u32], mut link: Vec<Turn>, new: &mut Vec<[u32; 4]>) -> Result<(), Kept> {
     let here = |w: u32| around.get(w as usize).copied().unwrap_or(INFINITE);
     link.sort_unstable();
     let mut inside = vec![false; few.tets.len()];
@@ -96,7 +101,9 @@ fn fill(few: &Construction, around: &[u32], mut link: Vec<Turn>, new: &mut Vec<[
             }
         }
     }
-    assert_eq!(found, link.len(), "the link is among its own Delaunay facets: this is a bug in tetcvt");
+    if found != link.len() {
+        return Err(Kept::Torn);
+    }
     while let Some(t) = stack.pop() {
         new.push(few.tets[t].vertices.map(here));
         for (mirror, closed) in few.tets[t].mirrors.iter().zip(closed[t]) {
@@ -106,6 +113,7 @@ fn fill(few: &Construction, around: &[u32], mut link: Vec<Turn>, new: &mut Vec<[
             }
         }
     }
+    Ok(())
 }
 
 /// Facet `i` of a tet as seen from its vertex `i`.

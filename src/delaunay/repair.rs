@@ -100,6 +100,11 @@ impl Lists {
         self.ids = ids;
     }
 
+    /// Tets with facets that could not be flipped, some of them dead or mended by now.
+    pub fn stuck(&self) -> &[u32] {
+        &self.stuck
+    }
+
     /// Forgets facets that could not be flipped.
     pub fn forget_stuck(&mut self) {
         self.stuck.clear();
@@ -268,17 +273,15 @@ impl Mesh {
                 self.flip_all(lists, report)?;
             }
         }
-        self.put_home(lists)
+        self.put_home(lists, report)
     }
 
     /// Takes out the vertices that cannot be led to their places, and puts them in there: all else is Delaunay by then.
-    fn put_home(&mut self, lists: &mut Lists) -> Result<(), GivenUp> {
+    fn put_home(&mut self, lists: &mut Lists, report: &mut Relocation) -> Result<(), GivenUp> {
         if lists.held.is_empty() {
             return Ok(());
         }
-        if self.is_stuck(lists) {
-            return Err(GivenUp);
-        }
+        self.unstick(lists, report)?;
         let mut region = Region::default();
         for (v, goal) in lists.held.drain(..) {
             self.remove_vertex(v, &mut region).map_err(|_| GivenUp)?;
@@ -315,7 +318,7 @@ impl Mesh {
 
     /// Moves a vertex towards its goal, as far as its star stays positive or nearly so far. Returns how many tets were
     /// tested, and the tet that would be the first to turn around.
-    fn advance(&mut self, v: u32, goal: DVec3, star: &[u32]) -> (usize, Option<u32>) {
+    pub fn advance(&mut self, v: u32, goal: DVec3, star: &[u32]) -> (usize, Option<u32>) {
         let start = self.at(v);
         // Volumes are linear along the way: the first to vanish ends it.
         let volume = |mesh: &Mesh, t: u32| {
