@@ -16,7 +16,7 @@ use crate::seeds::Anchor;
 use crate::surface::box_tree::BoxTree;
 
 /// The share of the volume that may be lost or gained.
-const TOLERATED: f64 = 0.0031;
+const TOLERATED: f64 = 0.003;
 /// The share of a facet's error that a seed at its middle removes: the error falls with the square of the edges, and some
 /// of what is inserted is smoothed away again.
 const GAIN: f64 = 0.6;
