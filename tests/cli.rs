@@ -243,7 +243,7 @@ fn the_report_has_every_key_and_nothing_else_is_on_standard_output() {
             "/mesh",
             "vertices tets surface_triangles interior_seeds surface_seeds curve_seeds corner_seeds volume volume_error \
              size_ratio hausdorff rms_distance min_dihedral max_dihedral p1_min_dihedral mean_min_dihedral \
-             mean_radius_ratio worst_at dihedral_histogram",
+             mean_radius_ratio regions worst_at dihedral_histogram",
         ),
         ("/time", "total read check seeds build update centroids extract improve measure write"),
         ("/update", "filter predicate flips repair renewal build"),

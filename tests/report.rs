@@ -72,6 +72,8 @@ fn a_mesh_that_fills_its_surface_has_no_error_at_any_scale() {
         assert!((report.volume / scale.powi(3) - 1.0).abs() < 1e-14, "{scale}: {}", report.volume);
         assert!((report.min_dihedral - 45.0).abs() < 1e-9 && (report.max_dihedral - 90.0).abs() < 1e-9);
         assert_eq!((report.corner_seeds, report.interior_seeds, report.tets), (8, 0, 6));
+        let [region] = report.regions[..] else { panic!("{:?}", report.regions) };
+        assert_eq!((region.region, region.tets, region.volume), (0, 6, report.volume));
         assert_eq!(report.dihedral_histogram.iter().sum::<u64>(), 36);
     }
 }

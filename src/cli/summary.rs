@@ -13,6 +13,9 @@ const BINS_A_LINE: usize = 2;
 /// Length of the longest bar.
 const BAR: f64 = 50.0;
 
+/// Regions that are told one by one.
+const MOST_REGIONS: usize = 8;
+
 /// Shows a report, for a human.
 pub(super) struct Summary<'a>(pub &'a Report);
 
@@ -39,6 +42,15 @@ impl Display for Summary<'_> {
             mesh.surface_triangles
         )?;
         writeln!(f, "volume     {:.6e}, {:+.4} % off the surface's", mesh.volume, 100.0 * mesh.volume_error)?;
+        if mesh.regions.len() > 1 {
+            let shown = mesh.regions.iter().take(MOST_REGIONS);
+            let mut parts: Vec<String> =
+                shown.map(|r| format!("region {}: {:.6e} in {} tets", r.region, r.volume, r.tets)).collect();
+            if mesh.regions.len() > MOST_REGIONS {
+                parts.push(format!("and {} more", mesh.regions.len() - MOST_REGIONS));
+            }
+            writeln!(f, "regions    {}", parts.join("; "))?;
+        }
         writeln!(
             f,
             "distance   Hausdorff {:.4} %, rms {:.5} % of the diagonal {:.6}",

@@ -3,6 +3,8 @@
 //! Lengths, areas and volumes are in model units, angles in degrees, times in seconds; `volume_error` is relative, and
 //! distances are over the diagonal of the surface's bounding box. A number that is not finite becomes `null`.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use serde::Serialize;
 
@@ -103,10 +105,23 @@ pub struct MeshReport {
     pub mean_min_dihedral: f64,
     /// Mean over the tets of three times the inscribed sphere's radius over the circumscribed one's.
     pub mean_radius_ratio: f64,
+    /// The solids, or the regions between shells.
+    pub regions: Vec<RegionReport>,
     /// The centre of the tet with the smallest dihedral angle.
     pub worst_at: [f64; 3],
     /// All dihedral angles, six of each tet, counted in bins of 5 degrees from 0 to 180.
     pub dihedral_histogram: Vec<u64>,
+}
+
+/// One region of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RegionReport {
+    /// Its number, as the files have it.
+    pub region: u32,
+    /// Its tets.
+    pub tets: usize,
+    /// Sum of their volumes.
+    pub volume: f64,
 }
 
 /// Where the time went, in seconds.
@@ -221,10 +236,22 @@ impl MeshReport {
             p1_min_dihedral: percentile(&quality.min_dihedral, 0.01),
             mean_min_dihedral: mean(&quality.min_dihedral),
             mean_radius_ratio: mean(&quality.radius_ratio),
+            regions: regions(mesh, quality),
             worst_at: worst.map_or([f64::NAN; 3], |t| tet_center(mesh, t).to_array()),
             dihedral_histogram: quality.histogram.to_vec(),
         }
     }
+}
+
+/// The regions that have tets, by number.
+fn regions(mesh: &TetMesh, quality: &TetQuality) -> Vec<RegionReport> {
+    let mut regions: BTreeMap<u32, RegionReport> = BTreeMap::new();
+    for (&region, &volume) in mesh.regions.iter().zip(&quality.volume) {
+        let found = regions.entry(region).or_insert(RegionReport { region, tets: 0, volume: 0.0 });
+        found.tets += 1;
+        found.volume += volume;
+    }
+    regions.into_values().collect()
 }
 
 /// The value that a share of all are below, linear between two; not a number where there are none.

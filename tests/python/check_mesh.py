@@ -110,6 +110,12 @@ def check_report(path, points, tets, triangles, cell_data, kinds):
     check(np.allclose(mesh["worst_at"], worst, rtol=1e-12, atol=0), f"{path}: worst_at")
     check(abs(mesh["mean_min_dihedral"] - cell_data["min_dihedral"].mean()) < 1e-9, f"{path}: mean_min_dihedral")
     check(abs(mesh["mean_radius_ratio"] - cell_data["radius_ratio"].mean()) < 1e-12, f"{path}: mean_radius_ratio")
+    for region in mesh["regions"]:
+        own = cell_data["region"] == region["region"]
+        check(region["tets"] == own.sum(), f"{path}: tets of region {region['region']}")
+        total = cell_data["volume"][own].sum()
+        check(abs(region["volume"] / total - 1) < 1e-12, f"{path}: volume of region {region['region']}")
+    check(sum(r["tets"] for r in mesh["regions"]) == len(tets), f"{path}: a region is missing")
     check(sum(mesh["dihedral_histogram"]) == 6 * len(tets), f"{path}: dihedral_histogram")
 
 
