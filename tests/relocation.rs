@@ -224,7 +224,7 @@ fn those_that_leap_are_put_elsewhere() {
         ("exact lattice", jittered_lattice(4000, 0.0, 73)),
         ("layers", layers(4000, 9, 74)),
     ] {
-        for around in [&far.as_flattened().as_flattened()[..], &[]] {
+        for around in [far.as_flattened().as_flattened(), &[]] {
             let points = [&rest[..], around].concat();
             let h = (points.len() as f64).cbrt().recip();
             let start = Delaunay::build(&points).expect("these points have tets");
