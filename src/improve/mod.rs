@@ -105,10 +105,11 @@ const STRAYS: f64 = 0.1;
 /// Tets treated in all, over the mesh's: far more than are needed, but where walls are thinner than the spacing.
 const TREATED: usize = 12;
 
-/// The floor is raised by so much, where that stays below the angle after it (degrees): the last percent of the tets ends at
-/// what is aimed at, and up to there it costs little.
+/// The floor is raised by so much, where that stays below the angle after it (degrees) and no more than this share of the
+/// tets is below it at the start: the last percent of the tets ends at what is aimed at, and up to there it costs little.
 const RAISED: f64 = 1.5;
 const EASY: f64 = 36.5;
+const FEW_BELOW: f64 = 0.08;
 
 /// And by so much, so that rounding does not bring an angle below it (radians).
 const MARGIN: f64 = 1e-6;
@@ -135,8 +136,7 @@ pub fn improve(
     if params.boundary == Boundary::Conform {
         bind::settle(&mut complex, &ground, &mesh.kinds);
     }
-    let aim = (params.min_dihedral + RAISED).min(EASY).max(params.min_dihedral);
-    complex.set_floor(aim.to_radians() + MARGIN);
+    complex.set_floor(aim(&complex, params.min_dihedral).to_radians() + MARGIN);
     let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
     work.follows = params.boundary == Boundary::Conform;
@@ -152,6 +152,13 @@ pub fn improve(
         // In the model's coordinates, far from their origin, a tet may be flat that is not in the frame.
         Err(broken) => format!("left as it was: {broken}"),
     }
+}
+
+/// What is aimed at where the floor is that asked for, in degrees.
+fn aim(complex: &Complex, floor: f64) -> f64 {
+    let raised = (floor + RAISED).min(EASY).max(floor);
+    let below = complex.quality.iter().filter(|&&q| q < raised.to_radians()).count();
+    if below as f64 <= FEW_BELOW * complex.quality.len() as f64 { raised } else { floor }
 }
 
 /// Steps 1 to 6, as far as the observer lets them go.
