@@ -7,7 +7,8 @@
 //!
 //! 1. Worst first (`floor.rs`): the best edge removal (`flips.rs`) or multi-face removal (`faces.rs`) around the tet, or else
 //!    a move of its corners (`smooth.rs`).
-//! 2. Polish (`polish.rs`): vertices move to where the sum of their tets' smallest angles is larger, the floor being a hard bound.
+//! 2. Polish (`polish.rs`): vertices move to where the sum of their tets' smallest angles and shapes is larger, the floor being a hard
+//!    bound.
 //! 3. Step 1 again, the boundary being held less tightly: the better average leaves fewer tets stuck.
 //! 4. The boundary is brought closer to the surface where it strays most (`places.rs`, `follow.rs`).
 //! 5. Creases that are noise let their vertices go where these keep a tet low (`bind.rs`). For the tets that are stuck

@@ -1,4 +1,5 @@
-//! Raises the average above the floor: every vertex goes to where the sum of its tets' smallest angles is larger.
+//! Raises the average above the floor: every vertex goes to where the sum of its tets' smallest angles and shapes is
+//! larger.
 //!
 //! Vertices of one colour are in no common tet, so that they can be moved at the same time: the moves of a colour are found in
 //! parallel and made in the order of the vertices. The colours are those of the greedy algorithm, so that the result

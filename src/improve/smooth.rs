@@ -199,7 +199,7 @@ impl Smoother {
         })
     }
 
-    /// A move of `v` so that the sum of its tets' smallest angles grows while none falls below the floor, or below the worst
+    /// A move of `v` so that the sum of its tets' smallest angles and shapes grows while none falls below the floor, or below the worst
     /// that there was.
     pub(super) fn rise(&mut self, complex: &Complex, ground: &Ground, v: u32) -> Option<Move> {
         let tangent = ground.tangent(complex, v)?;
