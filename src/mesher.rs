@@ -75,7 +75,11 @@ fn mesh(
     let features = Features::find(surface, params.feature_angle);
     let sizing = seeds::sizing(surface, &features, params)?;
     // Where sizes vary, the surface is split until they are nearly linear on its triangles.
-    let refined = sizing.as_ref().map(|s| s.refined(surface));
+    let refined = match (&sizing, initial) {
+        (Some(sizing), _) => Some(sizing.refined(surface)),
+        (None, None) => seeds::refined(surface, &features, params)?,
+        (None, Some(_)) => None,
+    };
     let (surface, features) = match &refined {
         None => (surface, features),
         Some(refined) => (refined, Features::find(refined, params.feature_angle)),

@@ -49,11 +49,27 @@ const MOST_SPLITS_OF_NOISE: usize = 250;
 /// Creases that are noise are not split within this share of the spacing of another crease's seed.
 const BESIDE: f64 = 0.4;
 
+/// A seed of the surface nearer to the middle of a stretch of a crease than this share of its half becomes a seed of the crease.
+const INTRUDES: f64 = 0.5;
+
 /// The few.
 const FEW_SPLITS: usize = 8;
 
 /// Rounds after which a seed that is still in no tet goes elsewhere.
 const PATIENT_ROUNDS: usize = 3;
+
+/// Rounds after which seeds are put everywhere around what is wrong; how far apart then, over the spacing, by how much closer
+/// in each further round, and at the closest.
+const DENSE_ROUNDS: usize = 6;
+const DENSE: f64 = 0.5;
+const DENSER: f64 = 0.7;
+const DENSEST: f64 = 0.1;
+
+/// At most one seed in so many goes there at once.
+const FEW_DENSE: usize = 64;
+
+/// A solid with fewer than one seed in so many within is thin.
+const THIN: usize = 8;
 
 /// Iterations after round r: enough to smooth at first, none in the end.
 fn smoothing(round: usize) -> usize {
@@ -188,6 +204,16 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     let (unused, others): (Vec<Defect>, Vec<Defect>) =
         defects.iter().cloned().partition(|d| d.kind == DefectKind::UnusedSeed);
     let mut found = extract::proposals(sampling, &others);
+    if round >= DENSE_ROUNDS {
+        let is_torn = |d: &&Defect| d.kind.is_fatal() && d.kind != DefectKind::FlatTet;
+        let fatal: Vec<&Defect> = others.iter().filter(is_torn).collect();
+        let gap = (DENSE * DENSER.powi((round - DENSE_ROUNDS) as i32)).max(DENSEST);
+        let dense = extract::dense_proposals(sampling, &fatal, gap);
+        // More would be taken from walls that need them.
+        if (1..=sampling.kinds.len() / FEW_DENSE).contains(&dense.len()) {
+            found = dense;
+        }
+    }
     found.extend(moved_away(relaxation, &unused));
     found
 }
@@ -224,7 +250,18 @@ fn splits(relaxation: &Relaxation, sampling: &Sampling, inside: &[bool], crowded
         crowded.noise || is_beside_another(&on_curves, *place, anchor.curve(), BESIDE * seeds.spacing_at(*place))
     };
     splits.retain(|s| !crowded.all && (is_whole(&s.1) || !is_crowded(s)));
-    splits.into_iter().map(|(place, anchor, size)| Proposal { place, anchor, size, replaces: None }).collect()
+    let mut moved = Vec::new();
+    let proposal = |(place, anchor, size): (DVec3, Anchor, f64)| {
+        // A seed of the surface that keeps the crease's seeds apart is on the wrong side of it, and goes there itself.
+        let nearest = sampling.complex.nearest(place, moved.last().copied().unwrap_or(0));
+        let is_free = sampling.kinds[nearest as usize] == SeedKind::Surface && !moved.contains(&nearest);
+        let intrudes = is_free && seeds.positions[nearest as usize].distance(place) < INTRUDES * size;
+        if intrudes {
+            moved.push(nearest);
+        }
+        Proposal { place, anchor, size, replaces: intrudes.then_some(nearest) }
+    };
+    splits.into_iter().map(proposal).collect()
 }
 
 /// Whether a place on a crease that is noise has a seed of another crease so near that the two would have to be split in turn, on
@@ -296,6 +333,15 @@ fn donors(relaxation: &Relaxation, sampling: &Sampling, proposals: &[Proposal]) 
         let kind = |i: u32| sampling.kinds[i as usize];
         (kind(a), size(a)).partial_cmp(&(kind(b), size(b))).expect("moments are finite: this is a bug in tetcvt")
     });
+    let inner = spare.partition_point(|&i| sampling.kinds[i as usize] == SeedKind::Interior);
+    if THIN * inner < spare.len() {
+        // Thin solids have few seeds within, and need them: both kinds give alike.
+        let outer = spare.len() - inner;
+        let share = |k: usize| if k < inner { k as f64 / inner as f64 } else { (k - inner) as f64 / outer as f64 };
+        let mut order: Vec<usize> = (0..spare.len()).collect();
+        order.sort_by(|&a, &b| share(a).total_cmp(&share(b)));
+        spare = order.into_iter().map(|k| spare[k]).collect();
+    }
     let mut taken = vec![false; seeds.positions.len()];
     for proposal in proposals {
         if let Some(own) = proposal.replaces {

@@ -37,6 +37,8 @@ pub mod complex;
 
 pub mod defects;
 
+mod dense;
+
 pub mod mend;
 
 mod mesh;
@@ -48,6 +50,7 @@ pub mod repair;
 pub mod topology;
 
 pub use defects::{Defect, DefectKind, defects};
+pub use dense::dense_proposals;
 pub use mend::mend;
 pub use mesh::mesh;
 pub use proposals::{Proposal, is_pit, proposals};

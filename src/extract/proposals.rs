@@ -27,10 +27,12 @@ const CROWDED: f64 = 0.02;
 const APART: f64 = 0.7;
 /// An exposed seed deeper than this share of the spacing is at the bottom of a pit.
 const PIT: f64 = 0.5;
+/// Seeds within keep this share of the spacing to the surface.
+const DEEP: f64 = 0.15;
 /// Cosine of the angle to straight back below which a sheet faces another: 45 degrees.
 const OPPOSITE: f64 = 0.7;
 /// At most so many: the triangulation is to be made anew after them anyway.
-const MOST: usize = 1000;
+pub const MOST: usize = 1000;
 /// Seeds proposed for a shell that has none.
 const PER_SHELL: usize = 6;
 
@@ -40,6 +42,7 @@ pub fn proposals(sampling: &Sampling, defects: &[Defect]) -> Vec<Proposal> {
     for defect in defects {
         match defect.kind {
             DefectKind::MissingShell => all.extend(for_shell(sampling, defect)),
+            DefectKind::FlatTet if is_deep(sampling, defect) => all.extend(within(sampling, defect)),
             // A seed more on the surface does nothing for a flat tet within.
             DefectKind::FlatTet if !on_surface(sampling, defect) => {}
             _ => all.extend(for_seeds(sampling, defect)),
@@ -54,6 +57,21 @@ pub fn proposals(sampling: &Sampling, defects: &[Defect]) -> Vec<Proposal> {
         }
     }
     kept
+}
+
+/// Whether there is room for a seed at a defect within the solid.
+fn is_deep(sampling: &Sampling, defect: &Defect) -> bool {
+    let tree = sampling.surface.tree();
+    let clearance = tree.closest(defect.place).distance2.sqrt();
+    clearance > DEEP * sampling.spacing.at(defect.place) && tree.is_inside(defect.place)
+}
+
+/// A seed amid the corners of a flat tet, which lie on a circle: no sphere through them is empty any more.
+fn within(sampling: &Sampling, defect: &Defect) -> Option<Proposal> {
+    let far = |&v: &u32| sampling.complex.points[v as usize].distance(defect.place);
+    let size = defect.seeds.iter().map(far).fold(f64::INFINITY, f64::min);
+    let wide = size > CROWDED * sampling.spacing.at(defect.place);
+    wide.then_some(Proposal { place: defect.place, anchor: Anchor::Interior, size, replaces: None })
 }
 
 fn on_surface(sampling: &Sampling, defect: &Defect) -> bool {

@@ -4,27 +4,39 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-/// Places by the cube that holds them.
-pub struct Places {
+/// Places by the cube that holds them, each with what there is to say of it.
+pub struct Places<T = ()> {
     cell: f64,
-    cubes: HashMap<[i64; 3], Vec<DVec3>>,
+    cubes: HashMap<[i64; 3], Vec<(DVec3, T)>>,
 }
 
 impl Places {
+    /// Adds a place.
+    pub fn insert(&mut self, p: DVec3) {
+        self.insert_with(p, ());
+    }
+}
+
+impl<T> Places<T> {
     /// None yet; `cell` is about the distance that will be asked for.
-    pub fn new(cell: f64) -> Places {
+    pub fn new(cell: f64) -> Places<T> {
         Places { cell: cell.max(1e-9), cubes: HashMap::new() }
     }
 
-    /// Adds a place.
-    pub fn insert(&mut self, p: DVec3) {
-        self.cubes.entry(self.cube(p)).or_default().push(p);
+    /// Adds a place, with what there is to say of it.
+    pub fn insert_with(&mut self, p: DVec3, what: T) {
+        self.cubes.entry(self.cube(p)).or_default().push((p, what));
     }
 
     /// Whether any is within `distance` of `p`.
     pub fn any_within(&self, p: DVec3, distance: f64) -> bool {
+        self.any_within_that(p, distance, |_| true)
+    }
+
+    /// Whether any of which `counts` says so is within `distance` of `p`.
+    pub fn any_within_that(&self, p: DVec3, distance: f64, counts: impl Fn(&T) -> bool) -> bool {
         let (low, high) = (self.cube(p - distance), self.cube(p + distance));
-        let near = |q: &DVec3| q.distance(p) <= distance;
+        let near = |(q, what): &(DVec3, T)| q.distance(p) <= distance && counts(what);
         let cubes: f64 = (0..3).map(|k| (high[k] - low[k] + 1) as f64).product();
         if cubes > self.cubes.len() as f64 {
             return self.cubes.values().flatten().any(near);

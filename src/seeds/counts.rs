@@ -44,6 +44,7 @@ const ROOM: f64 = 0.2;
 const PER_SHELL: usize = 4;
 
 /// What is measured once.
+#[derive(Clone)]
 pub(super) struct Demand<'a> {
     surface: &'a Surface,
     features: &'a Features,
@@ -320,7 +321,8 @@ impl<'a> Demand<'a> {
             if !need.kept {
                 return Vec::new();
             }
-            let knots = knots::knots(curve, need.closed, Closeness::of(need.whole), points, spacing);
+            let both = |v: u32| [spacing(v), h * self.relative[v as usize]];
+            let knots = knots::knots(curve, need.closed, Closeness::of(need.whole), points, both);
             // A short one may need more seeds than follow from its length, to be itself.
             let even = wanted[i].round() as usize;
             if knots.len() < need.least.max(even.min(1)) {

@@ -60,18 +60,22 @@ pub(super) struct Knot {
 struct Candidate {
     at: f64,
     point: DVec3,
+    /// What chords are to be long.
     spacing: f64,
+    /// What straying is measured by: the spacing that would be here if no seeds had to be closer.
+    plain: f64,
 }
 
-/// The places between the ends of `curve`, and on a loop without a corner that of its first vertex too.
+/// The places between the ends of `curve`, and on a loop without a corner that of its first vertex too; `spacings` has for each of
+/// the surface's vertices the spacing there, and what it would be if no seeds had to be closer.
 pub(super) fn knots(
     curve: &Curve,
     closed: bool,
     closeness: Closeness,
     points: &[DVec3],
-    spacing: impl Fn(u32) -> f64,
+    spacings: impl Fn(u32) -> [f64; 2],
 ) -> Vec<Knot> {
-    let candidates = candidates(curve, closeness, points, spacing);
+    let candidates = candidates(curve, closeness, points, spacings);
     let chain = best_chain(&candidates, closeness);
     let inner = chain.windows(3).map(|k| {
         let here = &candidates[k[1]];
@@ -83,24 +87,30 @@ pub(super) fn knots(
 }
 
 /// The ends of the curve, its vertices, and even steps on its long segments.
-fn candidates(curve: &Curve, closeness: Closeness, points: &[DVec3], spacing: impl Fn(u32) -> f64) -> Vec<Candidate> {
+fn candidates(
+    curve: &Curve,
+    closeness: Closeness,
+    points: &[DVec3],
+    spacings: impl Fn(u32) -> [f64; 2],
+) -> Vec<Candidate> {
     let last = curve.vertices.len() - 1;
     let place = |i: usize| points[curve.vertices[i] as usize];
-    let mut found = vec![Candidate { at: 0.0, point: place(0), spacing: spacing(curve.vertices[0]) }];
+    let candidate = |at, point, [spacing, plain]: [f64; 2]| Candidate { at, point, spacing, plain };
+    let mut found = vec![candidate(0.0, place(0), spacings(curve.vertices[0]))];
     for i in 1..=last {
         let (from, to) = (place(i - 1), place(i));
-        let [s, t] = [i - 1, i].map(|k| spacing(curve.vertices[k]));
+        let [s, t] = [i - 1, i].map(|k| spacings(curve.vertices[k]));
         let (start, length) = (curve.arc[i - 1], curve.arc[i] - curve.arc[i - 1]);
-        let steps = (length / (STEP * s.min(t))).ceil().max(1.0) as usize;
+        let steps = (length / (STEP * s[0].min(t[0]))).ceil().max(1.0) as usize;
         for k in 1..steps {
             let share = k as f64 / steps as f64;
-            let (at, spacing) = (start + share * length, s + share * (t - s));
-            found.push(Candidate { at, point: from.lerp(to, share), spacing });
+            let between = |k: usize| s[k] + share * (t[k] - s[k]);
+            found.push(candidate(start + share * length, from.lerp(to, share), [between(0), between(1)]));
         }
         let straight = i < last && (to - from).dot(place(i + 1) - to) > TURN * length * place(i + 1).distance(to);
-        let near = curve.arc[i] - found[found.len() - 1].at < closeness.finest * t;
+        let near = curve.arc[i] - found[found.len() - 1].at < closeness.finest * t[0];
         if i == last || !(straight && near) {
-            found.push(Candidate { at: curve.arc[i], point: to, spacing: t });
+            found.push(candidate(curve.arc[i], to, t));
         }
     }
     found
@@ -143,7 +153,8 @@ fn stray(piece: &[Candidate]) -> f64 {
 fn cost(piece: &[Candidate], closeness: Closeness) -> f64 {
     let (from, to) = (&piece[0], &piece[piece.len() - 1]);
     let spacing = 0.5 * (from.spacing + to.spacing);
-    let beyond = (stray(piece) / (closeness.stray * spacing) - 1.0).max(0.0);
+    let plain = 0.5 * (from.plain + to.plain);
+    let beyond = (stray(piece) / (closeness.stray * plain) - 1.0).max(0.0);
     let length = ((to.at - from.at) / spacing).ln();
     length * length + closeness.weight * beyond * beyond
 }

@@ -45,6 +45,8 @@ mod networks;
 
 mod order;
 
+mod strips;
+
 mod surface_sampling;
 
 mod thickness;
@@ -160,6 +162,12 @@ mod stream {
     pub(super) const INITIAL: u64 = 4;
 }
 
+/// How much wider the spacing may get elsewhere for the sake of strips between creases.
+const WIDER: f64 = 1.15;
+
+/// Where it would get wider, limits are looser by these factors in turn.
+const LOOSER: [f64; 3] = [1.0, 1.5, 2.25];
+
 /// How often limits of thin walls are sought.
 const THIN_ROUNDS: usize = 3;
 
@@ -240,20 +248,13 @@ fn conforming(
 }
 
 /// The plan for the run's target, thin walls seen to.
-fn planned<'a>(
+fn planned_for_walls<'a>(
     surface: &'a Surface,
     features: &'a Features,
     params: &Params,
     sizing: Option<&Sizing>,
 ) -> Result<(Demand<'a>, Plan, usize), Error> {
-    let size = match (params.target, sizing) {
-        (Target::Count(n), _) => Size::Count(n),
-        // Those of an edge are no longer than that.
-        (_, Some(sizing)) => Size::Length(MEAN_OVER_MEDIAN * sizing.largest()),
-        (Target::Edge(l), None) => Size::Length(l * surface.frame().scale),
-        (Target::RelativeEdge(share), None) => Size::Length(share * surface.diagonal()),
-        (Target::Sizes, None) => return Err(no_sizes()),
-    };
+    let size = target(surface, params, sizing)?;
     let sized = (surface, features, sizing);
     let refuse = |count, shortage| too_few(surface, count, honest(sized, shortage, params.random_seed));
     let mut demand = Demand::measure(surface, features, sizing, size);
@@ -277,6 +278,56 @@ fn planned<'a>(
         sought = plan.spacing;
     }
     Ok((demand, plan, count))
+}
+
+/// The surface with its triangles split where the spacing must follow creases that are close; none where it need not.
+pub(crate) fn refined(surface: &Surface, features: &Features, params: &Params) -> Result<Option<Surface>, Error> {
+    if params.boundary == Boundary::Free {
+        return Ok(None);
+    }
+    let (demand, plan, _) = planned_for_walls(surface, features, params, None)?;
+    Ok(if plan.is_stretched { None } else { strips::refined(surface, features, (demand.needs(), &plan)) })
+}
+
+/// The plan for the run's target, thin walls seen to, with seeds closer where creases are close, as far as that does not take too
+/// many from elsewhere.
+fn planned<'a>(
+    surface: &'a Surface,
+    features: &'a Features,
+    params: &Params,
+    sizing: Option<&Sizing>,
+) -> Result<(Demand<'a>, Plan, usize), Error> {
+    let (demand, plan, count) = planned_for_walls(surface, features, params, sizing)?;
+    let sizes = demand.plain_sizes(plan.spacing);
+    let limits = strips::limits(surface, features, (demand.needs(), &plan), &sizes);
+    if plan.is_stretched || limits.iter().all(|l| l.is_infinite()) {
+        return Ok((demand, plan, count));
+    }
+    for looser in LOOSER {
+        let mut limits: Vec<f64> = limits.iter().map(|l| looser * l).collect();
+        thickness::grade(surface, &mut limits, &sizes);
+        let mut finer = demand.clone();
+        finer.limit(&limits, plan.spacing);
+        let count = count_for(&finer, target(surface, params, sizing)?)?;
+        if let Ok(found) = finer.plan(count)
+            && !found.is_stretched
+            && found.spacing <= WIDER * plan.spacing
+        {
+            return Ok((finer, found, count));
+        }
+    }
+    Ok((demand, plan, count))
+}
+
+fn target(surface: &Surface, params: &Params, sizing: Option<&Sizing>) -> Result<Size, Error> {
+    Ok(match (params.target, sizing) {
+        (Target::Count(n), _) => Size::Count(n),
+        // Those of an edge are no longer than that.
+        (_, Some(sizing)) => Size::Length(MEAN_OVER_MEDIAN * sizing.largest()),
+        (Target::Edge(l), None) => Size::Length(l * surface.frame().scale),
+        (Target::RelativeEdge(share), None) => Size::Length(share * surface.diagonal()),
+        (Target::Sizes, None) => return Err(no_sizes()),
+    })
 }
 
 /// A shortage was measured at a coarse spacing, at which fewer creases count and walls seem thicker: the count needed,

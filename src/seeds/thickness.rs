@@ -225,7 +225,7 @@ fn fits(thickness: f64, distance: f64, sine: f64, cosine: f64) -> bool {
 }
 
 /// 4. Lets limits grow along edges by at most [`GRADE`] per length (Dijkstra from the least up to twice the sizes wanted).
-fn grade(surface: &Surface, limits: &mut [f64], sizes: &[f64]) {
+pub(super) fn grade(surface: &Surface, limits: &mut [f64], sizes: &[f64]) {
     let most = |v: u32| 2.0 * sizes[v as usize];
     if (0..).zip(limits.iter()).all(|(v, l)| *l > most(v)) {
         return;
