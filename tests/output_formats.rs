@@ -117,7 +117,7 @@ fn tets_of_the_second_order_follow_the_surface_and_do_not_fold() {
     let files: Vec<PathBuf> = ["a.vtu", "a.vtk", "a.msh", "a.inp"].map(|name| folder.path().join(name)).to_vec();
     for file in &files {
         let name = file.file_name().unwrap().to_str().unwrap();
-        mesh(folder.path(), &model, &["--seeds", "300", "--iterations", "5", "--second-order", "-o", name]);
+        mesh(folder.path(), &model, &["--seeds", "200", "--iterations", "5", "--second-order", "-o", name]);
     }
     let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     python::run("check_second_order.py", &files);

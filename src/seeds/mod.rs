@@ -163,10 +163,10 @@ mod stream {
 }
 
 /// How much wider the spacing may get elsewhere for the sake of strips between creases.
-const WIDER: f64 = 1.15;
+const WIDER: f64 = 1.45;
 
 /// Where it would get wider, limits are looser by these factors in turn.
-const LOOSER: [f64; 3] = [1.0, 1.5, 2.25];
+const LOOSER: [f64; 5] = [1.0, 1.2, 1.45, 1.75, 2.1];
 
 /// How often limits of thin walls are sought.
 const THIN_ROUNDS: usize = 3;

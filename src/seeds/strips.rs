@@ -199,10 +199,96 @@ fn are_beside(features: &Features, curves: [u32; 2], at: [f64; 2], distance: f64
         let along = if a == b { along.min(one.length() - along) } else { along };
         return along > AROUND * distance;
     }
+    // What ends there is not beside: a short crease may part it from the one that goes on.
+    let (a, b) = ends(other);
+    if a != b && !(1e-9..=1.0 - 1e-9).contains(&(at[1] / other.length())) {
+        return false;
+    }
     // From a corner that both end at.
     let from = |c: &Curve, end: usize, at: f64| if end == 0 { at } else { c.length() - at };
     let last = |c: &Curve, end: usize| if end == 0 { c.vertices[0] } else { c.vertices[c.vertices.len() - 1] };
     [[0, 0], [0, 1], [1, 0], [1, 1]].into_iter().all(|[i, j]| {
         last(one, i) != last(other, j) || from(one, i, at[0]).min(from(other, j, at[1])) > CORNER * distance
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::counts::{Demand, Size};
+    use super::*;
+
+    /// A prism over a convex polygon, of height 1, and its creases.
+    fn prism(polygon: &[[f64; 2]]) -> (Surface, Features) {
+        let n = polygon.len() as u32;
+        let level = |z: f64| polygon.iter().map(move |&[x, y]| DVec3::new(x, y, z));
+        let points: Vec<DVec3> = level(0.0).chain(level(1.0)).collect();
+        let mut triangles: Vec<[u32; 3]> = Vec::new();
+        for i in 0..n {
+            let j = (i + 1) % n;
+            triangles.extend([[i, j, n + j], [i, n + j, n + i]]);
+        }
+        triangles.extend((1..n - 1).flat_map(|i| [[0, i + 1, i], [n, n + i, n + i + 1]]));
+        let each: Vec<u32> = (0..triangles.len() as u32).collect();
+        let surface = Surface::new(&points, &triangles, &each, &each).expect("a closed surface");
+        let features = Features::find(&surface, 40.0);
+        (surface, features)
+    }
+
+    /// The limits at the vertices for so many seeds, over the spacing, and the spacing.
+    fn limits_of(polygon: &[[f64; 2]], count: usize) -> (Vec<f64>, f64) {
+        let (surface, features) = prism(polygon);
+        let demand = Demand::measure(&surface, &features, None, Size::Count(count));
+        let plan = demand.plan(count).expect("a plan");
+        let sizes = demand.plain_sizes(plan.spacing);
+        (limits(&surface, &features, (demand.needs(), &plan), &sizes), plan.spacing)
+    }
+
+    #[test]
+    fn corners_are_no_strips() {
+        let (limits, _) = limits_of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], 2000);
+        assert!(limits.iter().all(|l| l.is_infinite()), "{limits:?}");
+    }
+
+    #[test]
+    fn a_chamfer_is_a_strip_as_wide_as_it_is() {
+        // The frame scales the prism so that its largest extent is one or less: widths are compared over the spacing.
+        let cut = 0.03;
+        let polygon = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0 - cut], [1.0 - cut, 1.0], [0.0, 1.0]];
+        let (surface, _) = prism(&polygon);
+        let scale = surface.frame().scale;
+        let (limits, spacing) = limits_of(&polygon, 2000);
+        let width = cut * 2f64.sqrt() * scale;
+        assert!(STRIP * width < spacing, "{width} {spacing}");
+        for (v, limit) in limits.iter().enumerate() {
+            match v % 5 {
+                2 | 3 => assert!((limit / (STRIP * width) - 1.0).abs() < 0.01, "{v}: {limit}"),
+                _ => assert!(limit.is_infinite(), "{v}: {limit}"),
+            }
+        }
+        // Too narrow for so few seeds.
+        let finer = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.996], [0.996, 1.0], [0.0, 1.0]];
+        let (limits, spacing) = limits_of(&finer, 2000);
+        assert!(limits.iter().all(|l| l.is_infinite()), "{limits:?} {spacing}");
+    }
+
+    #[test]
+    fn the_surface_is_refined_where_strips_are() {
+        let polygon = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.97], [0.97, 1.0], [0.0, 1.0]];
+        let (surface, features) = prism(&polygon);
+        let demand = Demand::measure(&surface, &features, None, Size::Count(2000));
+        let plan = demand.plan(2000).expect("a plan");
+        let refined = refined(&surface, &features, (demand.needs(), &plan)).expect("strips");
+        assert!((refined.area() - surface.area()).abs() < 1e-9 * surface.area());
+        // Along the chamfer no edge is much longer than it is wide, and far from it edges stay long.
+        let longest = |near: bool| {
+            let chamfer = DVec3::new(0.985, 0.985, 0.5);
+            let corners = |t: &[u32; 3]| t.map(|v| surface.frame().to_model(refined.points()[v as usize]));
+            let all = refined.triangles().iter().map(corners).filter(|c| {
+                let away = c.map(|p| (p.x - chamfer.x).hypot(p.y - chamfer.y));
+                if near { away.iter().all(|d| *d < 0.03) } else { away.iter().all(|d| *d > 0.6) }
+            });
+            all.flat_map(|[a, b, c]| [a.distance(b), b.distance(c), c.distance(a)]).fold(0.0, f64::max)
+        };
+        assert!(longest(true) < 0.15 && longest(false) > 0.3, "{} {}", longest(true), longest(false));
+    }
 }
