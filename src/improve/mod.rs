@@ -87,11 +87,13 @@ use walk::Walk;
 const POLISH_ROUNDS: usize = 2;
 
 /// The endgames, with a polish after each.
-const GAMES: [Game; 4] = [
+const GAMES: [Game; 6] = [
     Game { strays: 0.1, share: 0.3, followed: 16, splits: false },
     Game { strays: 0.1, share: 0.9, followed: 40, splits: true },
     Game { strays: 0.15, share: 1.2, followed: 40, splits: true },
     Game { strays: 0.15, share: 1.5, followed: 64, splits: true },
+    Game { strays: 0.2, share: 1.8, followed: 100, splits: true },
+    Game { strays: 0.3, share: 2.1, followed: 100, splits: true },
 ];
 
 /// Tets that the endgames may treat at least.
