@@ -15,7 +15,7 @@ use crate::surface::features::Features;
 use crate::tet_mesh::{SizeRatio, TetMesh};
 
 /// Iterations against slivers, at most.
-const MOST_AGAINST_SLIVERS: usize = 3;
+const MOST_AGAINST_SLIVERS: usize = 4;
 
 /// The longest time limit, in seconds: a clock may not count further.
 const LONGEST: f64 = 1e9;
@@ -92,7 +92,7 @@ fn mesh(
     observer.seeds(None, &seeds.positions, surface.frame());
 
     // Of the iterations, the last few are against slivers.
-    let against_slivers = MOST_AGAINST_SLIVERS.min(params.iterations / 10);
+    let against_slivers = MOST_AGAINST_SLIVERS.min(params.iterations / 6);
     let iterations = params.iterations - against_slivers;
 
     // 2. To a centroidal Voronoi tessellation of the solid.
