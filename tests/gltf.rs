@@ -93,6 +93,19 @@ fn strips_fans_and_lines() {
 }
 
 #[test]
+fn attributes_of_the_application_are_passed_over() {
+    let (buffer, accessors, views) = bytes(&FACES);
+    // Names of one's own begin with a line in the standard; there are files where they do not.
+    for name in ["_TEMPERATURE", "_s", "temperature", "COLOR_x", "NORMAL"] {
+        let primitive = format!("{INDEXED}}}").replacen("\"POSITION\":", &format!("\"{name}\":0,\"POSITION\":"), 1);
+        assert!(primitive.contains(name), "{primitive}");
+        let file = scene(r#"{"mesh":0}"#, &primitive, &accessors, &views, &buffer, "");
+        let soup = parse(&file, Path::new("a.glb")).expect(name);
+        assert!((signed_volume(&soup) - 1.0 / 6.0).abs() < 1e-15, "{name}");
+    }
+}
+
+#[test]
 fn sparse_accessors_replace_elements() {
     // The last vertex moves to (0, 0, 2); with and without elements to begin with.
     let (mut buffer, accessors, views) = bytes(&FACES);

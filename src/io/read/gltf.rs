@@ -10,7 +10,8 @@ use base64::Engine;
 use base64::engine::general_purpose::{STANDARD, STANDARD_NO_PAD};
 use glam::{DMat4, DVec3, DVec4};
 use gltf::accessor::{DataType, Dimensions};
-use gltf::mesh::Mode;
+use gltf::json::validation::Checked;
+use gltf::mesh::{Mode, Semantic};
 
 use super::{Builder, Soup, strip};
 
@@ -44,6 +45,10 @@ pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
     let mut json = document.into_json();
     // What is left of them means nothing to the geometry, but validation would refuse it.
     json.extensions_required.clear();
+    // Nor do attributes other than positions, the application's own among them, whose names the validation knows not.
+    for primitive in json.meshes.iter_mut().flat_map(|m| &mut m.primitives) {
+        primitive.attributes.retain(|name, _| *name == Checked::Valid(Semantic::Positions));
+    }
     // The validation itself takes these indices for granted.
     let attributes = json.meshes.iter().flat_map(|m| &m.primitives).flat_map(|p| p.attributes.values());
     if let Some(index) = attributes.map(|a| a.value()).find(|&i| i >= json.accessors.len()) {
