@@ -98,7 +98,7 @@ fn mesh(
     // 2. To a centroidal Voronoi tessellation of the solid.
     observer.stage(Stage::Relax { iterations: params.iterations });
     let mut relaxation = Relaxation::new(surface, &features, params, seeds, deadline)?;
-    let mut stopped = relaxation.run(iterations / 2, observer)?;
+    let mut stopped = relaxation.run((params.iterations / 2).saturating_sub(1), observer)?;
     let follows = params.boundary == Boundary::Conform && initial.is_none();
     if follows && !stopped.is_interruption() && params.iterations > 0 {
         stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
