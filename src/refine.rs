@@ -65,6 +65,10 @@ const DENSE: f64 = 0.5;
 const DENSER: f64 = 0.7;
 const DENSEST: f64 = 0.1;
 
+/// Around two seeds of creases that are closer than this share of the spacing, others are no farther apart than that.
+const PAIR: f64 = 0.3;
+const AROUND_PAIRS: f64 = 0.5;
+
 /// At most one seed in so many goes there at once.
 const FEW_DENSE: usize = 64;
 
@@ -151,6 +155,12 @@ pub fn until_valid(
             false => Vec::new(),
         };
         proposals.extend_from_slice(&splits);
+        if round == 0 && !keeps_places && !interrupted {
+            let close = extract::dense_proposals(&sampling, &close_pairs(relaxation, &sampling), AROUND_PAIRS);
+            if close.len() <= sampling.kinds.len() / FEW_DENSE {
+                proposals.extend(close);
+            }
+        }
         if fatal.is_empty() && (proposals.is_empty() || interrupted) {
             return Ok(labels);
         }
@@ -196,6 +206,26 @@ impl Progress {
     }
 }
 
+/// Amid seeds of designed creases that are forced much closer together than the spacing.
+fn close_pairs(relaxation: &Relaxation, sampling: &Sampling) -> Vec<DVec3> {
+    let (complex, seeds) = (&sampling.complex, relaxation.seeds());
+    if !seeds.whole.contains(&true) {
+        return Vec::new();
+    }
+    let is_whole = |v: u32| seeds.anchors[v as usize].curve().is_none_or(|c| seeds.whole[c as usize]);
+    let is_bound =
+        |v: u32| (v as usize) < complex.seeds && sampling.kinds[v as usize] > SeedKind::Surface && is_whole(v);
+    let mut found = Vec::new();
+    for v in (0..complex.seeds as u32).filter(|&v| is_bound(v)) {
+        let p = complex.points[v as usize];
+        let near = PAIR * sampling.spacing.at(p);
+        let others = complex.star(v).iter().flat_map(|&t| complex.tets[t as usize]).filter(|&w| w > v && is_bound(w));
+        let nearest = others.map(|w| complex.points[w as usize]).find(|q| q.distance(p) < near);
+        found.extend(nearest.map(|q| 0.5 * (p + q)));
+    }
+    found
+}
+
 /// Where to put seeds to mend `defects`.
 fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], round: usize) -> Vec<Proposal> {
     if round < PATIENT_ROUNDS {
@@ -206,7 +236,7 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     let mut found = extract::proposals(sampling, &others);
     if round >= DENSE_ROUNDS {
         let is_torn = |d: &&Defect| d.kind.is_fatal() && d.kind != DefectKind::FlatTet;
-        let fatal: Vec<&Defect> = others.iter().filter(is_torn).collect();
+        let fatal: Vec<DVec3> = others.iter().filter(is_torn).map(|d| d.place).collect();
         let gap = (DENSE * DENSER.powi((round - DENSE_ROUNDS) as i32)).max(DENSEST);
         let dense = extract::dense_proposals(sampling, &fatal, gap);
         // More would be taken from walls that need them.

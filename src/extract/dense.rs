@@ -9,7 +9,6 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::Sampling;
-use super::defects::Defect;
 use super::proposals::{MOST, Proposal};
 use crate::geometry::places::Places;
 use crate::seeds::{Anchor, SeedKind};
@@ -48,16 +47,16 @@ impl Side {
     }
 }
 
-/// Proposes seeds so that around `defects` no place of a sheet is farther than `gap` times the spacing from a seed of that sheet.
-pub fn dense_proposals(sampling: &Sampling, defects: &[&Defect], gap: f64) -> Vec<Proposal> {
+/// Proposes seeds so that around `places` no point of a sheet is farther than `gap` times the spacing from a seed of that sheet.
+pub fn dense_proposals(sampling: &Sampling, places: &[DVec3], gap: f64) -> Vec<Proposal> {
     let surface = sampling.surface;
     let largest = sampling.spacing.largest;
     let mut faults: Places = Places::new(largest);
     let mut around = BTreeSet::new();
-    for defect in defects {
-        faults.insert(defect.place);
-        let reach = REACH * sampling.spacing.at(defect.place);
-        surface.tree().near_box(defect.place - reach, defect.place + reach, |t| {
+    for &place in places {
+        faults.insert(place);
+        let reach = REACH * sampling.spacing.at(place);
+        surface.tree().near_box(place - reach, place + reach, |t| {
             around.insert(t);
         });
     }
