@@ -24,6 +24,10 @@ const GAIN: f64 = 0.6;
 const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
 const MOST: f64 = 0.023;
+/// Where more than so many times that would have to move yet, after a first round, the tolerance is out of reach: only this
+/// share of it does, and tets stay better.
+const OUT_OF_REACH: usize = 5;
+const OUT_OF_REACH_MOST: f64 = 0.5;
 
 /// Vertices of the surface farther from the facets than this share of the spacing get a seed, and none within [`APART`]
 /// spacings of it.
@@ -39,12 +43,13 @@ struct Loss {
     account: usize,
 }
 
-/// Seeds that bring the boundary of the tets `inside` closer to the surface; none where it is close enough.
-pub fn proposals(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+/// Seeds that bring the boundary of the tets `inside` closer to the surface in this round, from 0; none where it is close
+/// enough.
+pub fn proposals(sampling: &Sampling, inside: &[bool], round: usize) -> Vec<Proposal> {
     let mut chosen = far_spots(sampling, inside);
     let mut places = Places::new(sampling.spacing.largest);
     chosen.iter().for_each(|p| places.insert(p.place));
-    chosen.extend(volumes(sampling, inside).into_iter().filter(|p| !places.any_within(p.place, p.size)));
+    chosen.extend(volumes(sampling, inside, round).into_iter().filter(|p| !places.any_within(p.place, p.size)));
     chosen
 }
 
@@ -84,7 +89,7 @@ fn far_spots(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
 
 /// Seeds that bring the volume of the tets `inside` closer to the solid's; none where it is close enough. What each interface
 /// shuts in has an account of its own.
-fn volumes(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
+fn volumes(sampling: &Sampling, inside: &[bool], round: usize) -> Vec<Proposal> {
     let surface = sampling.surface;
     let mut losses: Vec<Loss> =
         (0..inside.len() as u32).into_par_iter().flat_map_iter(|t| losses_of(sampling, inside, t)).collect();
@@ -95,7 +100,10 @@ fn volumes(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     let mut excess: Vec<f64> = total.iter().zip(volumes).map(|(t, v)| t.abs() - TOLERATED * v).collect();
     losses.retain(|l| l.volume * total[l.account] > 0.0);
     losses.sort_by(|a, b| b.volume.abs().total_cmp(&a.volume.abs()));
-    let most = (MOST * sampling.kinds.len() as f64) as usize;
+    let mut most = (MOST * sampling.kinds.len() as f64) as usize;
+    if round > 0 && needed(&losses, excess.clone()) > OUT_OF_REACH * most {
+        most = (most as f64 * OUT_OF_REACH_MOST) as usize;
+    }
     let mut chosen: Vec<Proposal> = Vec::new();
     let mut places = Places::new(losses.get(losses.len() / 2).map_or(1.0, |l| l.proposal.size));
     for loss in losses {
@@ -110,6 +118,17 @@ fn volumes(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
         }
     }
     chosen
+}
+
+/// How many of the largest `losses` it takes to be within tolerance, if none stood in the way of another.
+fn needed(losses: &[Loss], mut excess: Vec<f64>) -> usize {
+    let helps = |loss: &&Loss| -> bool {
+        let left = &mut excess[loss.account];
+        let was_over = *left > 0.0;
+        *left -= GAIN * loss.volume.abs();
+        was_over
+    };
+    losses.iter().filter(helps).count()
 }
 
 /// What the facets of tet `t` on the boundary lose.
@@ -178,7 +197,7 @@ mod tests {
             (0..520).map(|i| if i < 8 { SeedKind::Corner } else { SeedKind::Interior }).collect();
         let sampling = Sampling::new(&delaunay, &kinds, &surface, 0.05);
         let count = delaunay.vertices().len();
-        assert!(proposals(&sampling, &vec![false; count]).is_empty());
+        assert!(proposals(&sampling, &vec![false; count], 0).is_empty());
 
         let has = |t: usize, v: u32| delaunay.vertices()[t].contains(&v);
         let all: Vec<bool> = delaunay.vertices().iter().map(|t| t[3] != crate::delaunay::INFINITE).collect();

@@ -17,6 +17,9 @@ use crate::tet_mesh::{SizeRatio, TetMesh};
 /// Iterations against slivers, at most.
 const MOST_AGAINST_SLIVERS: usize = 4;
 
+/// The iterations before the surface is followed end at so many times the tolerance: those after it do the rest.
+const SETTLED: f64 = 30.0;
+
 /// The longest time limit, in seconds: a clock may not count further.
 const LONGEST: f64 = 1e9;
 
@@ -91,18 +94,21 @@ fn mesh(
     let seeds_s = started.elapsed().as_secs_f64();
     observer.seeds(None, &seeds.positions, surface.frame());
 
-    // Of the iterations, the last few are against slivers.
-    let against_slivers = MOST_AGAINST_SLIVERS.min(params.iterations / 6);
-    let iterations = params.iterations - against_slivers;
-
     // 2. To a centroidal Voronoi tessellation of the solid.
     observer.stage(Stage::Relax { iterations: params.iterations });
     let mut relaxation = Relaxation::new(surface, &features, params, seeds, deadline)?;
-    let mut stopped = relaxation.run((params.iterations / 2).saturating_sub(1), observer)?;
     let follows = params.boundary == Boundary::Conform && initial.is_none();
+    let at_first = (params.iterations / 2).saturating_sub(1);
+    let tolerance = if follows { SETTLED * params.tolerance } else { params.tolerance };
+    let mut stopped = relaxation.run_within(at_first, tolerance, observer)?;
+    // What need not be done at first need not be done later.
+    let iterations = params.iterations - if follows { at_first - relaxation.iterations() } else { 0 };
     if follows && !stopped.is_interruption() && params.iterations > 0 {
-        stopped = refine::follow_surface(&mut relaxation, surface, params, observer)?;
+        stopped = refine::follow_surface(&mut relaxation, surface, iterations, params, observer)?;
     }
+    // The last few are against slivers.
+    let against_slivers = MOST_AGAINST_SLIVERS.min(iterations / 6);
+    let iterations = iterations - against_slivers;
     if !stopped.is_interruption() {
         let before_last = iterations * 9 / 10;
         stopped = relaxation.run(before_last.saturating_sub(relaxation.iterations()), observer)?;
@@ -143,7 +149,7 @@ fn mesh(
     mesh.turn_interfaces(|region| surface.depth_of_shell(region));
 
     mesh.size_ratio = SizeRatio::of(&mesh, relaxation.seeds(), surface);
-    mesh.stopped = describe(stopped, params);
+    mesh.stopped = describe(stopped, params, relaxation.iterations());
     (mesh.steps, mesh.times) = relaxation.into_record();
     mesh.times.seeds = seeds_s;
     mesh.times.extract = extract_s - (mesh.times.update + mesh.times.centroids - moved_s);
@@ -151,8 +157,10 @@ fn mesh(
     Ok(mesh)
 }
 
-fn describe(stopped: Stopped, params: &Params) -> String {
+fn describe(stopped: Stopped, params: &Params, made: usize) -> String {
     match stopped {
+        Stopped::Iterations if made < params.iterations => "the seeds settled early".to_string(),
+        Stopped::Iterations if made > params.iterations => "as many as a valid mesh needed".to_string(),
         Stopped::Iterations => "as many as were asked for".to_string(),
         Stopped::Tolerance => format!("the energy changed by less than {:e} of itself", params.tolerance),
         Stopped::Time => "the time limit was reached".to_string(),

@@ -82,10 +82,11 @@ pub struct Params {
     pub optimizer: Optimizer,
     /// How the triangulation follows them.
     pub update: Update,
-    /// At most so many iterations; 0 = only sample. The last tenth, at most three, is against slivers. A few more may follow
-    /// where a valid mesh needs further seeds.
+    /// At most so many iterations; 0 = only sample. The last sixth, at most four, is against slivers. A few more may follow
+    /// where a valid mesh needs further seeds, and fewer are made where seeds settle early.
     pub iterations: usize,
-    /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never.
+    /// Stop when the energy falls by less than this share of itself in an iteration; 0 = never. Before the surface is followed
+    /// 30 times that ends the first part.
     pub tolerance: f64,
     /// Whether slivers are taken out at the end.
     pub improve: bool,

@@ -65,6 +65,10 @@ const DENSE: f64 = 0.5;
 const DENSER: f64 = 0.7;
 const DENSEST: f64 = 0.1;
 
+/// How far around, over the spacing, and the power of the gap that this falls with.
+const AROUND: f64 = 1.5;
+const AROUND_FINER: f64 = 0.75;
+
 /// Around two seeds of creases that are closer than this share of the spacing, others are no farther apart than that.
 const PAIR: f64 = 0.3;
 const AROUND_PAIRS: f64 = 0.5;
@@ -84,17 +88,18 @@ fn smoothing(round: usize) -> usize {
 pub fn follow_surface(
     relaxation: &mut Relaxation,
     surface: &Surface,
+    iterations: usize,
     params: &Params,
     observer: &mut dyn Observer,
 ) -> Result<Stopped, Error> {
     for round in 0..FIDELITY_ROUNDS {
-        if relaxation.iterations() + 2 * (1 + FIDELITY_SMOOTHING) > params.iterations {
+        if relaxation.iterations() + 2 * (1 + FIDELITY_SMOOTHING) > iterations {
             break;
         }
         let kinds = relaxation.seeds().kinds();
         let sampling = Sampling::new(relaxation.delaunay(), &kinds, surface, relaxation.seeds().spacings());
         let labels = extract::label(&sampling, relaxation.clipped());
-        let mut proposals = fidelity::proposals(&sampling, &labels);
+        let mut proposals = fidelity::proposals(&sampling, &labels, round);
         let taken = taken_places(relaxation, &kinds);
         proposals.retain(|p| !taken.any_within(p.place, OCCUPIED * relaxation.seeds().spacing_at(p.place)));
         let mut donors = donors(relaxation, &sampling, &proposals);
@@ -156,7 +161,8 @@ pub fn until_valid(
         };
         proposals.extend_from_slice(&splits);
         if round == 0 && !keeps_places && !interrupted {
-            let close = extract::dense_proposals(&sampling, &close_pairs(relaxation, &sampling), AROUND_PAIRS);
+            let close =
+                extract::dense_proposals(&sampling, &close_pairs(relaxation, &sampling), (AROUND_PAIRS, AROUND));
             if close.len() <= sampling.kinds.len() / FEW_DENSE {
                 proposals.extend(close);
             }
@@ -237,15 +243,30 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     if round >= DENSE_ROUNDS {
         let is_torn = |d: &&Defect| d.kind.is_fatal() && d.kind != DefectKind::FlatTet;
         let fatal: Vec<DVec3> = others.iter().filter(is_torn).map(|d| d.place).collect();
-        let gap = (DENSE * DENSER.powi((round - DENSE_ROUNDS) as i32)).max(DENSEST);
-        let dense = extract::dense_proposals(sampling, &fatal, gap);
-        // More would be taken from walls that need them.
-        if (1..=sampling.kinds.len() / FEW_DENSE).contains(&dense.len()) {
+        let most = sampling.kinds.len() / FEW_DENSE;
+        let dense = dense_within(sampling, &fatal, DENSER.powi((round - DENSE_ROUNDS) as i32), most);
+        if !dense.is_empty() {
             found = dense;
         }
     }
     found.extend(moved_away(relaxation, &unused));
     found
+}
+
+/// Seeds all around what is wrong, closer than at first by the factor `finer`, and the closer, the less far around; around the
+/// first places alone where there would be more than `most`, which walls elsewhere need.
+fn dense_within(sampling: &Sampling, fatal: &[DVec3], finer: f64, most: usize) -> Vec<Proposal> {
+    let gap = (DENSE * finer).max(DENSEST);
+    let reach = AROUND * (gap / DENSE).powf(AROUND_FINER);
+    let mut places = fatal;
+    while !places.is_empty() {
+        let dense = extract::dense_proposals(sampling, places, (gap, reach));
+        if dense.len() <= most {
+            return dense;
+        }
+        places = &places[..places.len() / 2];
+    }
+    Vec::new()
 }
 
 /// Which creases are let be, because they are so many and so close that splitting one takes the edges of the next.

@@ -13,9 +13,6 @@ use super::proposals::{MOST, Proposal};
 use crate::geometry::places::Places;
 use crate::seeds::{Anchor, SeedKind};
 
-/// How far around a fault the seeds go, over the spacing.
-const REACH: f64 = 1.5;
-
 /// Samples of a triangle are so far apart, over the distance between seeds.
 const STEP: f64 = 0.35;
 
@@ -47,23 +44,24 @@ impl Side {
     }
 }
 
-/// Proposes seeds so that around `places` no point of a sheet is farther than `gap` times the spacing from a seed of that sheet.
-pub fn dense_proposals(sampling: &Sampling, places: &[DVec3], gap: f64) -> Vec<Proposal> {
+/// Proposes seeds so that up to `reach` around `places` no point of a sheet is farther than `gap` from a seed of that sheet; both
+/// over the spacing.
+pub fn dense_proposals(sampling: &Sampling, places: &[DVec3], (gap, reach): (f64, f64)) -> Vec<Proposal> {
     let surface = sampling.surface;
     let largest = sampling.spacing.largest;
     let mut faults: Places = Places::new(largest);
     let mut around = BTreeSet::new();
     for &place in places {
         faults.insert(place);
-        let reach = REACH * sampling.spacing.at(place);
-        surface.tree().near_box(place - reach, place + reach, |t| {
+        let far = reach * sampling.spacing.at(place);
+        surface.tree().near_box(place - far, place + far, |t| {
             around.insert(t);
         });
     }
     let is_near = |p: DVec3, reach: f64| faults.any_within(p, reach * sampling.spacing.at(p));
     let mut taken = Places::new(gap * largest);
     for (&p, &kind) in sampling.complex.points.iter().zip(sampling.kinds) {
-        if kind != SeedKind::Interior && is_near(p, REACH + gap) {
+        if kind != SeedKind::Interior && is_near(p, reach + gap) {
             taken.insert_with(p, Side::of_seed(sampling, p, kind));
         }
     }
@@ -72,7 +70,7 @@ pub fn dense_proposals(sampling: &Sampling, places: &[DVec3], gap: f64) -> Vec<P
         let side = Side::of(sampling, triangle);
         for place in samples(surface.corners(triangle), STEP * gap * largest) {
             let apart = gap * sampling.spacing.at(place);
-            if is_near(place, REACH) && !taken.any_within_that(place, apart, |s| s.continues(&side)) {
+            if is_near(place, reach) && !taken.any_within_that(place, apart, |s| s.continues(&side)) {
                 taken.insert_with(place, side);
                 let anchor = Anchor::Surface { triangle };
                 found.push(Proposal { place, anchor, size: apart, replaces: None });

@@ -125,7 +125,7 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
             settle(&sampling.complex, repair);
             let new = score(sampling, repair);
             if new < best {
-                best = new;
+                best = narrow(sampling, repair, (&labels, new), repair.clusters(&change));
                 improved = true;
                 break;
             }
@@ -135,6 +135,35 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
             return;
         }
     }
+}
+
+/// Of clusters that were toggled all at once, and mended to what `repair` has and `reached` says, looks for the few that it took:
+/// the others lay as they did for a reason. What is reached in the end.
+fn narrow(
+    sampling: &Sampling,
+    repair: &mut Repair,
+    (before, mut reached): (&[bool], (u64, u64, u64)),
+    mut clusters: Vec<Vec<u32>>,
+) -> (u64, u64, u64) {
+    while clusters.len() > 1 {
+        let wide = repair.inside().to_vec();
+        let rest = clusters.split_off(clusters.len() / 2);
+        let mut found = false;
+        for half in [rest, std::mem::take(&mut clusters)] {
+            repair.restore(before);
+            repair.toggle(&half.concat());
+            settle(&sampling.complex, repair);
+            let new = score(sampling, repair);
+            if (new.0, new.1) <= (reached.0, reached.1) {
+                (reached, clusters, found) = (new, half, true);
+                break;
+            }
+        }
+        if !found {
+            repair.restore(&wide);
+        }
+    }
+    reached
 }
 
 /// Sets of tets whose labels may be what makes the topology wrong, the most promising first.

@@ -172,6 +172,16 @@ impl<'a> Relaxation<'a> {
 
     /// At most so many iterations, until the energy settles, the time is up or the caller stops.
     pub fn run(&mut self, iterations: usize, observer: &mut dyn Observer) -> Result<Stopped, Error> {
+        self.run_within(iterations, self.params.tolerance, observer)
+    }
+
+    /// The same until an iteration changes the energy by less than the share `tolerance` of itself.
+    pub fn run_within(
+        &mut self,
+        iterations: usize,
+        tolerance: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Stopped, Error> {
         for _ in 0..iterations {
             if self.deadline.is_some_and(|d| Instant::now() >= d) {
                 return Ok(Stopped::Time);
@@ -182,7 +192,7 @@ impl<'a> Relaxation<'a> {
             }
             let fall = before - self.state.slope.energy;
             // While surface seeds settle the energy may rise; that is no rest.
-            if fall.abs() < self.params.tolerance * before {
+            if fall.abs() < tolerance * before {
                 return Ok(Stopped::Tolerance);
             }
         }
