@@ -65,7 +65,7 @@ const DENSE: f64 = 0.5;
 const DENSER: f64 = 0.7;
 const DENSEST: f64 = 0.1;
 
-/// How far around, over the spacing, and the power of the gap that this falls with.
+/// How far around, over the spacing, and the power of the gap that this falls with where there would be too many.
 const AROUND: f64 = 1.5;
 const AROUND_FINER: f64 = 0.75;
 
@@ -244,7 +244,7 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
         let is_torn = |d: &&Defect| d.kind.is_fatal() && d.kind != DefectKind::FlatTet;
         let fatal: Vec<DVec3> = others.iter().filter(is_torn).map(|d| d.place).collect();
         let most = sampling.kinds.len() / FEW_DENSE;
-        let dense = dense_within(sampling, &fatal, DENSER.powi((round - DENSE_ROUNDS) as i32), most);
+        let dense = dense_within(sampling, &fatal, round - DENSE_ROUNDS, most);
         if !dense.is_empty() {
             found = dense;
         }
@@ -253,14 +253,18 @@ fn proposals(relaxation: &Relaxation, sampling: &Sampling, defects: &[Defect], r
     found
 }
 
-/// Seeds all around what is wrong, closer than at first by the factor `finer`, and the closer, the less far around; around the
-/// first places alone where there would be more than `most`, which walls elsewhere need.
-fn dense_within(sampling: &Sampling, fatal: &[DVec3], finer: f64, most: usize) -> Vec<Proposal> {
-    let gap = (DENSE * finer).max(DENSEST);
-    let reach = AROUND * (gap / DENSE).powf(AROUND_FINER);
-    let mut places = fatal;
+/// Seeds all around what is wrong, closer from round to round, at most so many, for walls elsewhere need theirs. Where that is too
+/// many, in every other round, those closest around the first places; none in the rounds between.
+fn dense_within(sampling: &Sampling, fatal: &[DVec3], round: usize, most: usize) -> Vec<Proposal> {
+    let gap = (DENSE * DENSER.powi(round as i32)).max(DENSEST);
+    let all = extract::dense_proposals(sampling, fatal, (gap, AROUND));
+    if all.len() <= most {
+        return all;
+    }
+    let closest = AROUND * (gap / DENSE).powf(AROUND_FINER);
+    let mut places = if round % 2 == 0 { &[] } else { fatal };
     while !places.is_empty() {
-        let dense = extract::dense_proposals(sampling, places, (gap, reach));
+        let dense = extract::dense_proposals(sampling, places, (gap, closest));
         if dense.len() <= most {
             return dense;
         }

@@ -9,7 +9,7 @@ use tetcvt::clipped_voronoi::ClippedVoronoi;
 use tetcvt::delaunay::{Delaunay, Facet, INFINITE};
 use tetcvt::extract::boundary::{Boundary, regions};
 use tetcvt::extract::complex::Complex;
-use tetcvt::extract::mend::settle;
+use tetcvt::extract::mend::{is_thin, settle};
 use tetcvt::extract::repair::{Judge, Repair};
 use tetcvt::extract::topology::Topology;
 use tetcvt::extract::{DefectKind, Sampling, defects, label, mend, mesh, proposals};
@@ -134,7 +134,7 @@ impl Made {
             volume6(a, b, c, d) < 1e-9
         };
         let mut repair = Repair::new(&complex, kinds, Judge { depth: &of_tet, flat: &flat, reach: 0.5 }, labels);
-        settle(&complex, &mut repair);
+        settle(&complex, &mut repair, &|t| is_thin(&complex, t));
         let total = repair.hard() + repair.soft();
         (repair.into_labels(), total)
     }

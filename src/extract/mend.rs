@@ -20,6 +20,8 @@
 //! Every accepted step lowers an integer, so it ends; all orders are by index, so that it is deterministic. No tet is
 //! toggled against its depth by more than a fraction of the spacing.
 
+use std::sync::atomic::{AtomicU8, Ordering};
+
 use super::Sampling;
 use super::boundary::{Boundary, OUTSIDE, regions};
 use super::complex::Complex;
@@ -49,17 +51,43 @@ pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
         let [a, b, c, d] = complex.corners(t);
         sampling.depth(t) / sampling.spacing.relative(tetrahedron::centroid(a, b, c, d))
     };
-    let flat = |t: u32| sampling.is_flat(t);
+    let (flats, thins) = (Known::of(inside.len()), Known::of(inside.len()));
+    let flat = |t: u32| flats.get(t, || sampling.is_flat(t));
+    let thin = |t: u32| thins.get(t, || is_thin(complex, t));
     let judge = Judge { depth: &depth, flat: &flat, reach: REACH * sampling.spacing.largest };
     let mut repair = Repair::new(complex, sampling.kinds, judge, inside);
-    settle(complex, &mut repair);
-    mend_topology(sampling, &mut repair);
+    settle(complex, &mut repair, &thin);
+    mend_topology(sampling, &mut repair, &thin);
     repair.into_labels()
 }
 
-/// Steps 1 to 4.
-pub fn settle(complex: &Complex, repair: &mut Repair) {
-    let fold = |t: u32, inside: &[bool]| is_fold(complex, inside, t);
+/// What was found out about each tet so far, for questions that are asked in every round.
+struct Known(Vec<AtomicU8>);
+
+impl Known {
+    const YES: u8 = 1;
+    const NO: u8 = 2;
+
+    fn of(tets: usize) -> Known {
+        Known((0..tets).map(|_| AtomicU8::new(0)).collect())
+    }
+
+    fn get(&self, t: u32, find: impl Fn() -> bool) -> bool {
+        // The answer is the same whoever finds it.
+        match self.0[t as usize].load(Ordering::Relaxed) {
+            0 => {
+                let is_so = find();
+                self.0[t as usize].store(if is_so { Known::YES } else { Known::NO }, Ordering::Relaxed);
+                is_so
+            }
+            known => known == Known::YES,
+        }
+    }
+}
+
+/// Steps 1 to 4; `thin` says of a tet whether its smallest dihedral angle is below what a fold of the boundary may have.
+pub fn settle(complex: &Complex, repair: &mut Repair, thin: &dyn Fn(u32) -> bool) {
+    let fold = |t: u32, inside: &[bool]| thin(t) && is_fold(complex, inside, t);
     repair.peel(&fold);
     if repair.hard() > 0 {
         repair.relabel(false, ROUNDS);
@@ -68,7 +96,7 @@ pub fn settle(complex: &Complex, repair: &mut Repair) {
     repair.relabel(true, ROUNDS);
     repair.descend();
     if repair.is_conforming() {
-        let corners_cut = cut_corners(complex, repair.inside());
+        let corners_cut = cut_corners(complex, repair.inside(), thin);
         repair.straighten(&corners_cut);
     }
     repair.peel(&fold);
@@ -77,25 +105,20 @@ pub fn settle(complex: &Complex, repair: &mut Repair) {
 
 /// The usable tets, not thin, that meet tets of the other label in two facets or more: where the boundary may run across
 /// a crease rather than along it.
-fn cut_corners(complex: &Complex, inside: &[bool]) -> Vec<u32> {
-    (0..inside.len() as u32)
-        .filter(|&t| {
-            let [a, b, c, d] = match complex.usable(t) && complex.exposed(inside, t) >= 2 {
-                true => complex.corners(t),
-                false => return false,
-            };
-            tetrahedron::min_dihedral(a, b, c, d) >= THIN
-        })
-        .collect()
+fn cut_corners(complex: &Complex, inside: &[bool], thin: &dyn Fn(u32) -> bool) -> Vec<u32> {
+    (0..inside.len() as u32).filter(|&t| complex.usable(t) && complex.exposed(inside, t) >= 2 && !thin(t)).collect()
 }
 
-/// Whether tet `t` is thin and its facets on the boundary lie on one sheet with those within, so that taking it off
-/// hardly moves the boundary.
+/// Whether the smallest dihedral angle of tet `t` is so small that it may be a fold of the boundary.
+pub fn is_thin(complex: &Complex, t: u32) -> bool {
+    let [a, b, c, d] = complex.corners(t);
+    tetrahedron::min_dihedral(a, b, c, d) < THIN
+}
+
+/// Whether the facets of tet `t`, which is thin, on the boundary lie on one sheet with those within, so that taking it off hardly
+/// moves the boundary.
 fn is_fold(complex: &Complex, inside: &[bool], t: u32) -> bool {
     let p = complex.corners(t);
-    if tetrahedron::min_dihedral(p[0], p[1], p[2], p[3]) >= THIN {
-        return false;
-    }
     let normals = FACETS.map(|[i, j, k]| normal2(p[i], p[j], p[k]).normalize_or_zero());
     let around = complex.around(t);
     let outward = |i: usize| !inside[around[i] as usize];
@@ -110,7 +133,7 @@ fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64, u64) {
 }
 
 /// Step 5.
-fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
+fn mend_topology(sampling: &Sampling, repair: &mut Repair, thin: &dyn Fn(u32) -> bool) {
     let mut best = score(sampling, repair);
     let mut trials = 0;
     while best.1 > 0 {
@@ -122,10 +145,11 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
             trials += 1;
             let labels = repair.inside().to_vec();
             repair.toggle(&change);
-            settle(&sampling.complex, repair);
+            settle(&sampling.complex, repair, thin);
             let new = score(sampling, repair);
             if new < best {
-                best = narrow(sampling, repair, (&labels, new), repair.clusters(&change));
+                let clusters = repair.clusters(&change);
+                best = narrow(sampling, (repair, thin), (&labels, new), clusters);
                 improved = true;
                 break;
             }
@@ -141,7 +165,7 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair) {
 /// the others lay as they did for a reason. What is reached in the end.
 fn narrow(
     sampling: &Sampling,
-    repair: &mut Repair,
+    (repair, thin): (&mut Repair, &dyn Fn(u32) -> bool),
     (before, mut reached): (&[bool], (u64, u64, u64)),
     mut clusters: Vec<Vec<u32>>,
 ) -> (u64, u64, u64) {
@@ -152,7 +176,7 @@ fn narrow(
         for half in [rest, std::mem::take(&mut clusters)] {
             repair.restore(before);
             repair.toggle(&half.concat());
-            settle(&sampling.complex, repair);
+            settle(&sampling.complex, repair, thin);
             let new = score(sampling, repair);
             if (new.0, new.1) <= (reached.0, reached.1) {
                 (reached, clusters, found) = (new, half, true);
