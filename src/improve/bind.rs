@@ -87,7 +87,8 @@ pub(super) fn settle(complex: &mut Complex, ground: &Ground, kinds: &[SeedKind])
 }
 
 /// Lets vertices of corners and creases slide on the surface where they keep a tet below the floor and no crease of the mesh
-/// parts two patches there: what is finer than the spacing, as the noise of scans is, the mesh cannot follow anyway.
+/// parts two patches there, and the knots of those that do along them: what is finer than the spacing, as the noise of scans is, the
+/// mesh cannot follow anyway.
 pub(super) fn release(complex: &mut Complex, ground: &Ground) {
     for v in 0..complex.points.len() as u32 {
         let bound = complex.freedom[v as usize].is_bound();
@@ -97,7 +98,14 @@ pub(super) fn release(complex: &mut Complex, ground: &Ground) {
         }
         let facets = complex.facets_of(v);
         let face = complex.facets[facets[0] as usize].face;
-        if facets.iter().any(|&f| complex.facets[f as usize].face != face) || stays(complex, ground, v) {
+        if stays(complex, ground, v) {
+            continue;
+        }
+        if facets.iter().any(|&f| complex.facets[f as usize].face != face) {
+            if let Freedom::Knot(curve, at) = complex.freedom[v as usize] {
+                complex.freedom[v as usize] = Freedom::Curve(curve, at);
+                complex.touch(v);
+            }
             continue;
         }
         let triangle = ground.triangle_at(complex.points[v as usize], face);

@@ -212,7 +212,10 @@ impl<'a> Ground<'a> {
         for w in complex.along_creases(v) {
             let Some(end) = self.arc_of(complex, number, w, to) else { continue };
             let (before, after) = (self.bulge(number, at, end), self.bulge(number, to, end));
-            if after > before.max(0.1 * self.limit) {
+            let is_whole = self.whole.get(number as usize) == Some(&true);
+            let length = p.distance(complex.points[w as usize]);
+            let most = if is_whole { 0.1 * self.limit } else { self.limit.max(self.share * length) };
+            if after > before.max(most) {
                 return None;
             }
         }
