@@ -51,6 +51,7 @@ fn topology(triangles: impl Iterator<Item = [u32; 3]> + Clone) -> (usize, i64) {
 fn meshed(surface: &Surface, params: &Params, name: &str) -> (TetMesh, MeshReport) {
     let mesh = tetrahedralize(surface, params, &mut Silent).unwrap_or_else(|e| panic!("{name}: {e}"));
     mesh.check().unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert!(!mesh.improved.starts_with("left as it was"), "{name}: {}", mesh.improved);
     let inner = topology(mesh.boundary.iter().map(|t| t.vertices));
     let outer = topology(surface.triangles().iter().copied());
     if params.boundary == Boundary::Conform {

@@ -13,7 +13,7 @@ use super::change::Change;
 use super::complex::{Complex, NONE};
 use super::ground::Ground;
 use super::measure;
-use crate::geometry::tetrahedron::FACETS;
+use crate::geometry::tetrahedron::{EDGES, FACETS};
 
 /// The most tets around an edge that is removed: larger rings hardly ever gain anything.
 const LARGEST_RING: usize = 7;
@@ -138,6 +138,7 @@ pub(super) fn remove_edge(
         }
     }
     change.clear();
+    let on_boundary = sides.is_some();
     if let Some(Sides { facets, ends: [first, last], .. }) = sides {
         let face = complex.facets[facets[0] as usize].face;
         for vertices in [[first, b, last], [first, last, a]] {
@@ -149,6 +150,10 @@ pub(super) fn remove_edge(
     change.old_tets.extend(&ring.tets[..ring.count]);
     for stretch in stretches {
         collect(complex, [a, b], &ring, &table, stretch, change);
+    }
+    // A flip of the boundary takes in a little of what is outside, where another part of the solid may be.
+    if on_boundary && change.new_tets.iter().any(|(tet, _)| crosses(complex, &ring, *tet)) {
+        return false;
     }
     change.worst = change.new_tets.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
     true
@@ -229,6 +234,17 @@ fn triangulate(
         }
     }
     table.worst[from][to] > least
+}
+
+/// Whether a new tet has an edge across the ring that is there already.
+fn crosses(complex: &Complex, ring: &Ring, tet: [u32; 4]) -> bool {
+    let place = |v: u32| ring.vertices[..ring.length].iter().position(|&w| w == v);
+    let is_across = |v: u32, w: u32| {
+        let (Some(i), Some(k)) = (place(v), place(w)) else { return false };
+        let apart = i.abs_diff(k);
+        apart > 1 && (apart + 1 < ring.length || ring.is_open())
+    };
+    EDGES.iter().map(|e| e.map(|i| tet[i])).any(|[v, w]| is_across(v, w) && complex.has_edge(v, w))
 }
 
 /// The tets of the best triangulation of a stretch of the ring.
