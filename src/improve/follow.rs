@@ -45,6 +45,8 @@ const FAR: f64 = 2.4e-3;
 const TREATED_LAST: usize = 400;
 /// The share of its distance that a place may keep then.
 const KEPT_LAST: f64 = 0.9;
+/// What a tet may lack to the floor then before the endgame, tried in turn (radians).
+const LACKS_LAST: [f64; 2] = [LACK, 0.2];
 
 /// Rounds of looking for places: what mends one may leave another beside it.
 const ROUNDS: usize = 3;
@@ -100,12 +102,15 @@ pub(super) fn run_last(complex: &mut Complex, ground: &Ground, work: &mut Workli
     let places = places::find(complex, ground, (close, 0));
     for place in places.into_iter().take_while(|p| p.distance > far).take(LAST_PLACES) {
         let deficit = complex.deficit() * (1.0 + 1e-9) + 1e-15;
-        for kept in [KEPT, KEPT_LAST] {
+        for (kept, lack) in [KEPT, KEPT_LAST].into_iter().flat_map(|k| LACKS_LAST.map(|l| (k, l))) {
             let before = complex.clone();
-            if draw_in(complex, ground, work, (place, Bounds { close, lack: LACK, kept })) {
+            if draw_in(complex, ground, work, (place, Bounds { close, lack, kept })) {
                 let most = work.treated() + TREATED_LAST;
                 endgame::run(complex, loose, work, (game, Budget { urgent: most, usual: most }));
-                if complex.deficit() <= deficit {
+                // What the endgame did may stray itself.
+                let worst =
+                    || places::find(complex, ground, (close, before.commits())).first().map_or(0.0, |p| p.distance);
+                if complex.deficit() <= deficit && worst() <= kept * place.distance {
                     break;
                 }
             }

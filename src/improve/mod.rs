@@ -15,7 +15,7 @@
 //!    (`endgame.rs`): flips, contractions and splits of edges, of creases too, each with its surroundings improved anew, kept if
 //!    the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
 //! 6. A last polish, and step 4 again, where no tet loses by it; the places that stray most by far once more, with what step 5
-//!    does for the tets there.
+//!    does for the tets there to be above the floor that was asked for.
 //! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
@@ -143,7 +143,8 @@ pub fn improve(
     let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
     work.follows = params.boundary == Boundary::Conform;
-    passes(&mut complex, &ground, &mut work, mesh.points.len(), observer);
+    let asked = params.min_dihedral.to_radians() + MARGIN;
+    passes(&mut complex, &ground, &mut work, (mesh.points.len(), asked), observer);
     let kept = params.preserve_volume.then(|| volume::preserve(&mut complex, &ground));
     let improved = outcome::store(mesh, &complex, &ground, patch);
     match improved.check() {
@@ -164,8 +165,14 @@ fn aim(complex: &Complex, floor: f64) -> f64 {
     if below as f64 <= FEW_BELOW * complex.quality.len() as f64 { raised } else { floor }
 }
 
-/// Steps 1 to 6, as far as the observer lets them go.
-fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize, observer: &mut dyn Observer) {
+/// Steps 1 to 6, as far as the observer lets them go; `asked` is the floor of the parameters, which may be below that aimed at.
+fn passes(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (count, asked): (usize, f64),
+    observer: &mut dyn Observer,
+) {
     let mut goes_on = |complex: &Complex| observer.improving(endgame::left(complex).len()) == Flow::Continue;
     // 1.
     if !goes_on(complex) {
@@ -216,6 +223,8 @@ fn passes(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: us
     // 6.
     polish::run(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
+    // More was aimed at than asked for; what was asked for will do where the surface is better followed.
+    complex.set_floor(asked);
     let loose = &ground.loosened(&complex.facets, bound);
     closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, work, (loose, &GAMES[1])));
     goes_on(complex);
