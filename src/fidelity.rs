@@ -16,14 +16,14 @@ use crate::seeds::Anchor;
 use crate::surface::box_tree::BoxTree;
 
 /// The share of the volume that may be lost or gained.
-const TOLERATED: f64 = 0.003;
+const TOLERATED: f64 = 0.0027;
 /// The share of a facet's error that a seed at its middle removes: the error falls with the square of the edges, and some
 /// of what is inserted is smoothed away again.
 const GAIN: f64 = 0.6;
 /// The spacing asked for around a new seed, over the facet's.
 const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
-const MOST: f64 = 0.023;
+const MOST: f64 = 0.027;
 /// Where more than so many times that would have to move yet, after a first round, the tolerance is out of reach: only this
 /// share of it does, and tets stay better.
 const OUT_OF_REACH: usize = 5;
@@ -31,10 +31,10 @@ const OUT_OF_REACH_MOST: f64 = 0.5;
 
 /// Vertices of the surface farther from the facets than this share of the spacing get a seed, and none within [`APART`]
 /// spacings of it.
-const FAR: f64 = 0.12;
+const FAR: f64 = 0.11;
 const APART: f64 = 1.0;
 /// At most this share of the seeds goes there in one round.
-const MOST_FAR: f64 = 0.005;
+const MOST_FAR: f64 = 0.006;
 
 /// A facet of the boundary and the volume between it and the surface: positive where the tets behind it lack it.
 struct Loss {

@@ -262,7 +262,7 @@ fn dense_within(sampling: &Sampling, fatal: &[DVec3], round: usize, most: usize)
         return all;
     }
     let closest = AROUND * (gap / DENSE).powf(AROUND_FINER);
-    let mut places = if round % 2 == 0 { &[] } else { fatal };
+    let mut places = if round.is_multiple_of(2) { &[] } else { fatal };
     while !places.is_empty() {
         let dense = extract::dense_proposals(sampling, places, (gap, closest));
         if dense.len() <= most {

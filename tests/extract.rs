@@ -9,7 +9,7 @@ use tetcvt::clipped_voronoi::ClippedVoronoi;
 use tetcvt::delaunay::{Delaunay, Facet, INFINITE};
 use tetcvt::extract::boundary::{Boundary, regions};
 use tetcvt::extract::complex::Complex;
-use tetcvt::extract::mend::{is_thin, settle};
+use tetcvt::extract::mend::{Shape, settle};
 use tetcvt::extract::repair::{Judge, Repair};
 use tetcvt::extract::topology::Topology;
 use tetcvt::extract::{DefectKind, Sampling, defects, label, mend, mesh, proposals};
@@ -134,7 +134,11 @@ impl Made {
             volume6(a, b, c, d) < 1e-9
         };
         let mut repair = Repair::new(&complex, kinds, Judge { depth: &of_tet, flat: &flat, reach: 0.5 }, labels);
-        settle(&complex, &mut repair, &|t| is_thin(&complex, t));
+        let smallest = |t: u32| {
+            let [a, b, c, d] = complex.corners(t);
+            tetcvt::geometry::tetrahedron::min_dihedral(a, b, c, d)
+        };
+        settle(&complex, &mut repair, Shape { thin: &|t| smallest(t) < 5.0, slim: &|t| smallest(t) < 20.0 });
         let total = repair.hard() + repair.soft();
         (repair.into_labels(), total)
     }

@@ -6,7 +6,7 @@
 //! tet then meets the boundary in a disk, unless it is alone with its new label, which no step may leave it. Tets that
 //! join seeds of two solids pass through the outside and are never inside. The steps:
 //!
-//! 1. Peel thin tets off the boundary that are mere folds of it: 2-2 flips of the boundary, and caps over a seed.
+//! 1. Peel slim tets off the boundary that are mere folds of it: 2-2 flips of the boundary, and caps over a seed.
 //! 2. Around vertices with a penalty, label by [`Sampling::depth`] wherever a cluster of such changes gains; once before
 //!    step 3 around the grave ones, once after it around all that are left.
 //! 3. Descend: at each vertex with a penalty take, of all toggles of a tet, of a pair, of a piece of the star or of an
@@ -34,6 +34,8 @@ use crate::geometry::triangle::normal2;
 const REACH: f64 = 0.25;
 /// A tet whose smallest dihedral angle is below this, in degrees, is thin.
 const THIN: f64 = 5.0;
+/// Below this it may be a fold of the boundary, where its facets lie as one.
+const SLIM: f64 = 20.0;
 /// Facets whose normals differ by less than the angle of this cosine lie on one sheet.
 const SHEET: f64 = 0.94;
 /// Changes tried for the sake of topology.
@@ -51,13 +53,15 @@ pub fn mend(sampling: &Sampling, inside: Vec<bool>) -> Vec<bool> {
         let [a, b, c, d] = complex.corners(t);
         sampling.depth(t) / sampling.spacing.relative(tetrahedron::centroid(a, b, c, d))
     };
-    let (flats, thins) = (Known::of(inside.len()), Known::of(inside.len()));
+    let [flats, thins, slims] = [0; 3].map(|_| Known::of(inside.len()));
     let flat = |t: u32| flats.get(t, || sampling.is_flat(t));
-    let thin = |t: u32| thins.get(t, || is_thin(complex, t));
+    let thin = |t: u32| thins.get(t, || min_dihedral(complex, t) < THIN);
+    let slim = |t: u32| slims.get(t, || min_dihedral(complex, t) < SLIM);
+    let shape = Shape { thin: &thin, slim: &slim };
     let judge = Judge { depth: &depth, flat: &flat, reach: REACH * sampling.spacing.largest };
     let mut repair = Repair::new(complex, sampling.kinds, judge, inside);
-    settle(complex, &mut repair, &thin);
-    mend_topology(sampling, &mut repair, &thin);
+    settle(complex, &mut repair, shape);
+    mend_topology(sampling, &mut repair, shape);
     repair.into_labels()
 }
 
@@ -85,9 +89,18 @@ impl Known {
     }
 }
 
-/// Steps 1 to 4; `thin` says of a tet whether its smallest dihedral angle is below what a fold of the boundary may have.
-pub fn settle(complex: &Complex, repair: &mut Repair, thin: &dyn Fn(u32) -> bool) {
-    let fold = |t: u32, inside: &[bool]| thin(t) && is_fold(complex, inside, t);
+/// What there is to say of a tet's shape: whether its smallest dihedral angle is below [`THIN`], and below [`SLIM`].
+#[derive(Clone, Copy)]
+pub struct Shape<'a> {
+    /// Too thin for the boundary to be straightened by it.
+    pub thin: &'a dyn Fn(u32) -> bool,
+    /// Slim enough for a fold of the boundary.
+    pub slim: &'a dyn Fn(u32) -> bool,
+}
+
+/// Steps 1 to 4.
+pub fn settle(complex: &Complex, repair: &mut Repair, shape: Shape) {
+    let fold = |t: u32, inside: &[bool]| (shape.slim)(t) && is_fold(complex, inside, t);
     repair.peel(&fold);
     if repair.hard() > 0 {
         repair.relabel(false, ROUNDS);
@@ -96,7 +109,7 @@ pub fn settle(complex: &Complex, repair: &mut Repair, thin: &dyn Fn(u32) -> bool
     repair.relabel(true, ROUNDS);
     repair.descend();
     if repair.is_conforming() {
-        let corners_cut = cut_corners(complex, repair.inside(), thin);
+        let corners_cut = cut_corners(complex, repair.inside(), shape.thin);
         repair.straighten(&corners_cut);
     }
     repair.peel(&fold);
@@ -109,13 +122,13 @@ fn cut_corners(complex: &Complex, inside: &[bool], thin: &dyn Fn(u32) -> bool) -
     (0..inside.len() as u32).filter(|&t| complex.usable(t) && complex.exposed(inside, t) >= 2 && !thin(t)).collect()
 }
 
-/// Whether the smallest dihedral angle of tet `t` is so small that it may be a fold of the boundary.
-pub fn is_thin(complex: &Complex, t: u32) -> bool {
+/// The smallest dihedral angle of a tet, in degrees.
+fn min_dihedral(complex: &Complex, t: u32) -> f64 {
     let [a, b, c, d] = complex.corners(t);
-    tetrahedron::min_dihedral(a, b, c, d) < THIN
+    tetrahedron::min_dihedral(a, b, c, d)
 }
 
-/// Whether the facets of tet `t`, which is thin, on the boundary lie on one sheet with those within, so that taking it off hardly
+/// Whether the facets of tet `t`, which is slim, on the boundary lie on one sheet with those within, so that taking it off hardly
 /// moves the boundary.
 fn is_fold(complex: &Complex, inside: &[bool], t: u32) -> bool {
     let p = complex.corners(t);
@@ -133,7 +146,7 @@ fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64, u64) {
 }
 
 /// Step 5.
-fn mend_topology(sampling: &Sampling, repair: &mut Repair, thin: &dyn Fn(u32) -> bool) {
+fn mend_topology(sampling: &Sampling, repair: &mut Repair, shape: Shape) {
     let mut best = score(sampling, repair);
     let mut trials = 0;
     while best.1 > 0 {
@@ -145,11 +158,11 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair, thin: &dyn Fn(u32) ->
             trials += 1;
             let labels = repair.inside().to_vec();
             repair.toggle(&change);
-            settle(&sampling.complex, repair, thin);
+            settle(&sampling.complex, repair, shape);
             let new = score(sampling, repair);
             if new < best {
                 let clusters = repair.clusters(&change);
-                best = narrow(sampling, (repair, thin), (&labels, new), clusters);
+                best = narrow(sampling, (repair, shape), (&labels, new), clusters);
                 improved = true;
                 break;
             }
@@ -165,7 +178,7 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair, thin: &dyn Fn(u32) ->
 /// the others lay as they did for a reason. What is reached in the end.
 fn narrow(
     sampling: &Sampling,
-    (repair, thin): (&mut Repair, &dyn Fn(u32) -> bool),
+    (repair, shape): (&mut Repair, Shape),
     (before, mut reached): (&[bool], (u64, u64, u64)),
     mut clusters: Vec<Vec<u32>>,
 ) -> (u64, u64, u64) {
@@ -176,7 +189,7 @@ fn narrow(
         for half in [rest, std::mem::take(&mut clusters)] {
             repair.restore(before);
             repair.toggle(&half.concat());
-            settle(&sampling.complex, repair, thin);
+            settle(&sampling.complex, repair, shape);
             let new = score(sampling, repair);
             if (new.0, new.1) <= (reached.0, reached.1) {
                 (reached, clusters, found) = (new, half, true);
