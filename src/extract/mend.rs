@@ -89,7 +89,7 @@ impl Known {
     }
 }
 
-/// What there is to say of a tet's shape: whether its smallest dihedral angle is below [`THIN`], and below [`SLIM`].
+/// What there is to say of a tet by its smallest dihedral angle.
 #[derive(Clone, Copy)]
 pub struct Shape<'a> {
     /// Too thin for the boundary to be straightened by it.
