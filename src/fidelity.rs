@@ -206,4 +206,17 @@ mod tests {
         let found = far_spots(&sampling, &without);
         assert_eq!(found.iter().map(|p| p.place).collect::<Vec<_>>(), [surface.points()[3]]);
     }
+
+    #[test]
+    fn the_largest_losses_count_until_the_rest_is_tolerable() {
+        let loss = |volume: f64| Loss {
+            proposal: Proposal { place: DVec3::ZERO, anchor: Anchor::Interior, size: 1.0, replaces: None },
+            volume,
+            account: 0,
+        };
+        let losses = [loss(5.0), loss(3.0), loss(1.0), loss(1.0)];
+        for (excess, expected) in [(-1.0, 0), (1.0, 1), (5.0 * GAIN + 0.1, 2), (8.5 * GAIN, 3), (100.0, 4)] {
+            assert_eq!(needed(&losses, vec![excess]), expected, "{excess}");
+        }
+    }
 }

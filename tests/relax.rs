@@ -208,3 +208,13 @@ fn relaxed_seeds_are_evenly_spaced() {
         assert!((mean / means[0] - 1.0).abs() < 0.15, "{means:?}");
     }
 }
+
+#[test]
+fn seeds_that_settle_before_the_surface_is_followed_save_iterations() {
+    let surface = shape(Shape::icosphere(4, 1.0));
+    let made = |tolerance: f64| run(&surface, &Params { tolerance, improve: false, ..params(3000, 25) }).0;
+    let (early, all) = (made(1e-3), made(0.0));
+    assert!(early.steps.len() < all.steps.len(), "{} and {}", early.steps.len(), all.steps.len());
+    assert!(all.steps.len() >= 25);
+    assert!(all.stopped.starts_with("as many as"), "{}", all.stopped);
+}

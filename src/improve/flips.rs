@@ -267,3 +267,28 @@ fn collect(
     collect(complex, [a, b], ring, table, (i, j), change);
     collect(complex, [a, b], ring, table, (j, k), change);
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::improve::complex::{Freedom, Vertex};
+
+    #[test]
+    fn an_edge_across_the_ring_that_is_there_already_stands_in_the_way() {
+        let vertex = |p| Vertex { point: p, freedom: Freedom::Inside, region: 0 };
+        let vertices = (0..8).map(|i| vertex(DVec3::new(f64::from(i), f64::from(i * i), f64::from(i % 3)))).collect();
+        // Elsewhere there is an edge from 0 to 1, and one from 4 to 1 along the ring.
+        let complex = Complex::new(vertices, vec![[0, 1, 2, 3], [1, 4, 6, 2]], Vec::new());
+        let mut ring = Ring { vertices: [NONE; RING_VERTICES], length: 4, tets: [NONE; LARGEST_RING], count: 3 };
+        ring.vertices[..4].copy_from_slice(&[0, 4, 1, 5]);
+        assert!(crosses(&complex, &ring, [0, 4, 1, 7]));
+        assert!(!crosses(&complex, &ring, [4, 1, 5, 7]));
+        assert!(!crosses(&complex, &ring, [0, 4, 5, 7]));
+        // In a closed ring the last vertex is next to the first.
+        ring.vertices[..4].copy_from_slice(&[0, 4, 5, 1]);
+        ring.count = 4;
+        assert!(!crosses(&complex, &ring, [0, 5, 1, 7]));
+    }
+}
