@@ -100,21 +100,22 @@ pub(super) fn run_last(complex: &mut Complex, ground: &Ground, work: &mut Workli
     let close = CLOSE * ground.surface.diagonal();
     let far = FAR * ground.surface.diagonal();
     let places = places::find(complex, ground, (close, 0));
+    let mut before = complex.clone();
     for place in places.into_iter().take_while(|p| p.distance > far).take(LAST_PLACES) {
         let deficit = complex.deficit() * (1.0 + 1e-9) + 1e-15;
         for (kept, lack) in [KEPT, KEPT_LAST].into_iter().flat_map(|k| LACKS_LAST.map(|l| (k, l))) {
-            let before = complex.clone();
-            if draw_in(complex, ground, work, (place, Bounds { close, lack, kept })) {
-                let most = work.treated() + TREATED_LAST;
-                endgame::run(complex, loose, work, (game, Budget { urgent: most, usual: most }));
-                // What the endgame did may stray itself.
-                let worst =
-                    || places::find(complex, ground, (close, before.commits())).first().map_or(0.0, |p| p.distance);
-                if complex.deficit() <= deficit && worst() <= kept * place.distance {
-                    break;
-                }
+            if !draw_in(complex, ground, work, (place, Bounds { close, lack, kept })) {
+                continue;
             }
-            *complex = before;
+            let most = work.treated() + TREATED_LAST;
+            endgame::run(complex, loose, work, (game, Budget { urgent: most, usual: most }));
+            // What the endgame did may stray itself.
+            let worst = || places::find(complex, ground, (close, before.commits())).first().map_or(0.0, |p| p.distance);
+            if complex.deficit() <= deficit && worst() <= kept * place.distance {
+                before = complex.clone();
+                break;
+            }
+            *complex = before.clone();
             work.forget();
         }
     }
