@@ -27,6 +27,10 @@ use crate::geometry::triples::{cross, dot};
 /// Half the distance from 1 to the next `f64`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
+/// Above this share of the sizes of three bisectors the determinant of their values has its sign: six products of three values
+/// with 4 units of error each, two roundings each and the sums, below 6 * 18.
+const WITHIN: f64 = 120.0 * UNIT;
+
 /// Differences below this share of their terms leave too few digits for a position, which is then computed exactly.
 const VAGUE: f64 = 1e-4;
 
@@ -52,6 +56,74 @@ pub(super) struct View {
     pub(super) seed: DVec3,
 }
 
+impl Bisector {
+    /// Side of corner `c`: positive where the cell's seed is closer; `None` where rounding leaves that open.
+    #[inline]
+    pub(super) fn side(&self, c: usize) -> Option<Sign> {
+        // One rounding in `twice`, one in each product, two in the sum: 4 units of each term.
+        (self.d[c].abs() > 5.0 * UNIT * self.size).then(|| Sign::of(self.d[c]))
+    }
+
+    /// Whether it runs nearly along an edge that it meets, so that where needs exact arithmetic.
+    #[inline]
+    pub(super) fn is_vague_on(&self, u: usize, v: usize) -> bool {
+        (self.d[u] - self.d[v]).abs() < VAGUE * self.size
+    }
+
+    /// The sign of d_ij(u) d_il(v) - d_ij(v) d_il(u), with this as j; `None` where rounding leaves that open.
+    #[inline]
+    pub(super) fn order_on_edge(&self, l: &Bisector, u: usize, v: usize) -> Option<Sign> {
+        let det = self.d[u] * l.d[v] - self.d[v] * l.d[u];
+        // Two products of values with 4 units of error each, one rounding each and one of the difference: below 2 * 10.
+        (det.abs() > 24.0 * UNIT * self.size * l.size).then(|| Sign::of(det))
+    }
+
+    /// Where it meets another; `None` where there are too few digits.
+    #[inline]
+    pub(super) fn meeting(&self, k: &Bisector) -> Option<Meeting> {
+        let minors = cross(self.d, k.d);
+        let meeting = Meeting { minors, sum: minors.iter().sum(), size: self.size * k.size };
+        (meeting.sum.abs() >= VAGUE * meeting.size).then_some(meeting)
+    }
+}
+
+/// Where two bisectors, j and k, meet in the plane of the triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Meeting {
+    /// Barycentric coordinates, times their sum.
+    minors: [f64; 3],
+    /// That sum: det(d_ij, d_ik, 1).
+    sum: f64,
+    /// Bound on the size of products of the two.
+    size: f64,
+}
+
+impl Meeting {
+    /// Whether it is certain that the cell's seed is closer there than that of a third bisector.
+    #[inline]
+    pub(super) fn is_left_by(&self, l: &Bisector) -> bool {
+        let det = dot(self.minors, l.d);
+        det.abs() > WITHIN * self.size * l.size && (det > 0.0) == (self.sum > 0.0)
+    }
+
+    /// The point, within a triangle with these corners: what rounding puts outside is brought back.
+    #[inline]
+    pub(super) fn within(&self, corners: [DVec3; 3]) -> DVec3 {
+        within(self.minors, corners)
+    }
+}
+
+/// The point with such barycentric coordinates, up to a factor, in a triangle that it is known to be in: what rounding puts
+/// outside is brought back.
+#[inline]
+fn within(weights: [f64; 3], corners: [DVec3; 3]) -> DVec3 {
+    let sum: f64 = weights.iter().sum();
+    let inside = weights.map(|w| (w / sum).max(0.0));
+    let total: f64 = inside.iter().sum();
+    let [_, b, c] = if total.is_finite() { inside.map(|w| w / total) } else { [1.0 / 3.0; 3] };
+    corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
+}
+
 impl View {
     /// The bisector with another seed at `at`.
     pub(super) fn bisector(&self, seed: u32, at: DVec3) -> Bisector {
@@ -69,9 +141,8 @@ impl View {
     /// Side of corner `c`: positive where the cell's seed is closer.
     #[inline]
     pub(super) fn side_of_corner(&self, c: usize, l: &Bisector) -> Sign {
-        // One rounding in `twice`, one in each product, two in the sum: 4 units of each term.
-        if l.d[c].abs() > 5.0 * UNIT * l.size {
-            return Sign::of(l.d[c]);
+        if let Some(sign) = l.side(c) {
+            return sign;
         }
         match self.exact(l, c).sign() {
             Sign::Zero if later(l.at, self.seed) => Sign::Positive,
@@ -84,10 +155,8 @@ impl View {
     pub(super) fn side_on_edge(&self, u: usize, v: usize, j: &Bisector, l: &Bisector) -> Sign {
         // The edge meets bisector j, so that d_ij has different signs at its ends and the difference that of the first.
         let along = self.side_of_corner(u, j);
-        let det = j.d[u] * l.d[v] - j.d[v] * l.d[u];
-        // Two products of values with 4 units of error each, one rounding each and one of the difference: below 2 * 10.
-        if det.abs() > 24.0 * UNIT * j.size * l.size {
-            return times(Sign::of(det), along);
+        if let Some(sign) = j.order_on_edge(l, u, v) {
+            return times(sign, along);
         }
         let [ju, jv, lu, lv] = [self.exact(j, u), self.exact(j, v), self.exact(l, u), self.exact(l, v)];
         let exact = ju.times(&lv).minus(&jv.times(&lu)).sign();
@@ -102,12 +171,8 @@ impl View {
     /// Side of the point where bisectors `j` and `k` meet within the triangle, against bisector `l`.
     pub(super) fn side_within(&self, j: &Bisector, k: &Bisector, l: &Bisector) -> Sign {
         let det = dot(cross(j.d, k.d), l.d);
-        // Six products of three values with 4 units of error each, two roundings each and the sums: below 6 * 18.
-        let sign = if det.abs() > 120.0 * UNIT * j.size * k.size * l.size {
-            Sign::of(det)
-        } else {
-            self.exact_side_within(j, k, l)
-        };
+        let sign =
+            if det.abs() > WITHIN * j.size * k.size * l.size { Sign::of(det) } else { self.exact_side_within(j, k, l) };
         times(sign, self.turn(j, k))
     }
 
@@ -124,7 +189,7 @@ impl View {
     /// the bisector and the two triangles at the edge find the same, within rounding.
     pub(super) fn place_on_edge(&self, u: usize, v: usize, j: &Bisector) -> f64 {
         let (mut from, mut fall) = (j.d[u], j.d[u] - j.d[v]);
-        if fall.abs() < VAGUE * j.size {
+        if j.is_vague_on(u, v) {
             let exact = self.exact(j, u);
             (from, fall) = (exact.value(), exact.minus(&self.exact(j, v)).value());
         }
@@ -132,27 +197,17 @@ impl View {
         if fall == 0.0 { 0.0 } else { (from / fall).clamp(0.0, 1.0) }
     }
 
-    /// Whether bisector `j` runs nearly along an edge that it meets, so that where needs exact arithmetic.
-    pub(super) fn is_vague(&self, j: &Bisector, signs: [Sign; 3]) -> bool {
-        [(0, 1), (1, 2), (2, 0)]
-            .into_iter()
-            .any(|(u, v)| signs[u] != signs[v] && (j.d[u] - j.d[v]).abs() < VAGUE * j.size)
-    }
-
-    /// Barycentric coordinates of the point of the triangle where bisectors `j` and `k` meet. The three seeds find the same,
-    /// within rounding.
-    pub(super) fn place_within(&self, j: &Bisector, k: &Bisector) -> [f64; 3] {
-        let mut weights = cross(j.d, k.d);
-        let sum: f64 = weights.iter().sum();
-        if sum.abs() < VAGUE * j.size * k.size {
-            let [dj, dk] = [j, k].map(|b| [0, 1, 2].map(|c| self.exact(b, c)));
-            weights = [(1, 2), (2, 0), (0, 1)].map(|(a, b)| dj[a].times(&dk[b]).minus(&dj[b].times(&dk[a])).value());
-        }
-        // It is known to be in the triangle: what rounding puts outside is brought back.
-        let sum: f64 = weights.iter().sum();
-        let inside = weights.map(|w| (w / sum).max(0.0));
-        let total: f64 = inside.iter().sum();
-        if total.is_finite() { inside.map(|w| w / total) } else { [1.0 / 3.0; 3] }
+    /// The point of the triangle where bisectors `j` and `k` meet, in the frame of `corners`, which are the triangle's. The three
+    /// seeds find the same, within rounding.
+    pub(super) fn place_within(&self, j: &Bisector, k: &Bisector, corners: [DVec3; 3]) -> DVec3 {
+        j.meeting(k).map_or_else(
+            || {
+                let [dj, dk] = [j, k].map(|b| [0, 1, 2].map(|c| self.exact(b, c)));
+                let minor = |(a, b): (usize, usize)| dj[a].times(&dk[b]).minus(&dj[b].times(&dk[a])).value();
+                within([(1, 2), (2, 0), (0, 1)].map(minor), corners)
+            },
+            |meeting| meeting.within(corners),
+        )
     }
 
     /// The sign of the perturbed det(d_ij, d_ik, d_il).

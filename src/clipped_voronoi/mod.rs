@@ -36,6 +36,8 @@ mod crossings;
 
 mod expansion;
 
+mod outline;
+
 mod owners;
 
 mod planes;

@@ -6,7 +6,6 @@
 use glam::DVec3;
 
 use super::bisector::Bisector;
-use crate::geometry::predicates::Sign;
 
 /// Neighbours that are tested at once.
 const LANES: usize = 8;
@@ -74,20 +73,12 @@ impl Planes {
         arch.dispatch(Test { planes: self, triangles });
     }
 
-    /// The bisectors that may cut triangle `n`, whose corners, relative to the seed, are `corners`.
-    pub(super) fn cutting<'a>(&'a self, n: usize, corners: [DVec3; 3]) -> impl Iterator<Item = Bisector> + 'a {
-        let farthest = farthest(corners);
-        self.doubtful(n).map(move |k| self.bisector(n, k, farthest))
-    }
-
-    /// The bisector that alone may cut triangle `n`, if there is one and it is certain how: with its sides of the corners.
+    /// Sets `out` to the bisectors that may cut triangle `n`, whose corners, relative to the seed, are `corners`.
     #[inline]
-    pub(super) fn sole(&self, n: usize, corners: [DVec3; 3]) -> Option<(Bisector, [Sign; 3])> {
-        let mut doubtful = self.doubtful(n);
-        let (Some(k), None) = (doubtful.next(), doubtful.next()) else { return None };
-        let bisector = self.bisector(n, k, farthest(corners));
-        let certain = bisector.d.iter().all(|d| d.abs() > SURE);
-        certain.then(|| (bisector, bisector.d.map(Sign::of)))
+    pub(super) fn cutting(&self, n: usize, corners: [DVec3; 3], out: &mut Vec<Bisector>) {
+        out.clear();
+        let farthest = farthest(corners);
+        out.extend(self.doubtful(n).map(|k| self.bisector(n, k, farthest)));
     }
 
     /// The bisector with neighbour `k` of the list on triangle `n`, whose farthest corner is so far from the seed.
@@ -187,7 +178,7 @@ mod tests {
             let points: Vec<DVec3> = (0..count).map(|_| point(0.5)).collect();
             let neighbors: Vec<u32> = (0..count as u32).collect();
             let triangles: Vec<[DVec3; 3]> = (0..20).map(|_| [0; 3].map(|_| point(0.5))).collect();
-            let mut planes = Planes::default();
+            let (mut planes, mut bisectors) = (Planes::default(), Vec::new());
             planes.set(pulp::Arch::new(), seed, &neighbors, &points, triangles.iter().copied());
             for (n, triangle) in triangles.iter().enumerate() {
                 let mut found: Vec<usize> = planes.doubtful(n).collect();
@@ -195,9 +186,9 @@ mod tests {
                 let nearer = |k: &usize| triangle.iter().any(|p| p.distance(points[*k]) < p.distance(seed));
                 let expected: Vec<usize> = (0..count).filter(nearer).collect();
                 assert_eq!(found, expected);
-                let sole = planes.sole(n, triangle.map(|c| c - seed));
-                assert_eq!(sole.map(|s| s.0.seed), (found.len() == 1).then(|| neighbors[found[0]]));
-                for bisector in planes.cutting(n, triangle.map(|c| c - seed)) {
+                planes.cutting(n, triangle.map(|c| c - seed), &mut bisectors);
+                assert_eq!(bisectors.len(), found.len());
+                for bisector in &bisectors {
                     let at = points[bisector.seed as usize];
                     for (d, c) in bisector.d.into_iter().zip(triangle) {
                         assert!((d - c.distance_squared(at) + c.distance_squared(seed)).abs() < 1e-15);

@@ -15,99 +15,32 @@ pub(super) enum Line {
     Bisector(u32),
 }
 
-/// What is left of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Clipped {
-    Nothing,
-    Whole,
-    /// What is on one side of the bisector at this place of [`Polygon::bisectors`], with its sides of the corners. The
-    /// lines are not set.
-    Once(usize, [Sign; 3]),
-    /// A polygon with the lines that are set.
-    Often,
-}
-
 /// A triangle clipped by the cell of a seed: a convex polygon, known by the lines of its edges alone.
 ///
 /// Vertex m lies where line m - 1 meets line m; edge m leads from vertex m to vertex m + 1, counter-clockwise as the
 /// triangle is. Buffers are reused from one triangle to the next.
 #[derive(Default)]
 pub(super) struct Polygon {
-    /// The bisectors that cut the triangle's corners apart.
+    /// The bisectors that may cut the triangle.
     pub(super) bisectors: Vec<Bisector>,
-    /// The lines of the edges, in order.
+    /// The lines of the edges, in order; none where nothing is left.
     pub(super) lines: Vec<Line>,
     next: Vec<Line>,
 }
 
 impl Polygon {
-    /// Clips the triangle of `view` by the bisectors with other seeds (Sutherland, Hodgman 1974, on exact signs).
-    pub(super) fn clip(&mut self, view: &View, bisectors: impl Iterator<Item = Bisector>) -> Clipped {
-        self.bisectors.clear();
-        self.lines.clear();
-        let mut first = [Sign::Positive; 3];
-        for l in bisectors {
-            let corners = [0, 1, 2].map(|c| view.side_of_corner(c, &l));
-            if corners == [Sign::Positive; 3] {
-                continue;
-            }
-            if corners == [Sign::Negative; 3] {
-                return Clipped::Nothing;
-            }
-            self.bisectors.push(l);
-            // Often there is one only, and nothing to be said but on which side the corners are.
-            match self.bisectors.len() {
-                1 => first = corners,
-                2 => {
-                    self.set_whole();
-                    self.cut(view, 0, first);
-                    self.cut(view, 1, corners);
-                }
-                n => self.cut(view, n - 1, corners),
-            }
-            if self.bisectors.len() > 1 && self.lines.is_empty() {
-                return Clipped::Nothing;
-            }
-        }
-        match self.bisectors.len() {
-            0 => Clipped::Whole,
-            1 => Clipped::Once(0, first),
-            _ => self.summary(view),
-        }
-    }
-
-    /// Sets the lines of a triangle that is [whole](Clipped::Whole).
-    pub(super) fn set_whole(&mut self) {
+    /// Sets the lines of what the bisectors leave of the triangle of `view` (Sutherland, Hodgman 1974, on exact signs).
+    pub(super) fn clip(&mut self, view: &View) {
         self.lines.clear();
         self.lines.extend([Line::Edge(0), Line::Edge(1), Line::Edge(2)]);
-    }
-
-    /// Sets the lines of a triangle that is clipped [once](Clipped::Once).
-    pub(super) fn set_once(&mut self, bisector: Bisector, signs: [Sign; 3]) {
-        self.bisectors.clear();
-        self.bisectors.push(bisector);
-        self.lines.clear();
-        for c in 0..3 {
-            let (here, there) = (signs[c] == Sign::Positive, signs[(c + 1) % 3] == Sign::Positive);
-            if here || there {
-                self.lines.push(Line::Edge(c as u8));
+        for l in 0..self.bisectors.len() {
+            match [0, 1, 2].map(|c| view.side_of_corner(c, &self.bisectors[l])) {
+                [Sign::Positive, Sign::Positive, Sign::Positive] => {}
+                corners => self.cut(view, l, corners),
             }
-            if here && !there {
-                self.lines.push(Line::Bisector(0));
+            if self.lines.is_empty() {
+                return;
             }
-        }
-    }
-
-    /// How many bisectors are left among the lines.
-    fn summary(&self, view: &View) -> Clipped {
-        let mut cuts = self.lines.iter().filter_map(|line| match *line {
-            Line::Bisector(j) => Some(j as usize),
-            Line::Edge(_) => None,
-        });
-        match (cuts.next(), cuts.next()) {
-            (None, _) => Clipped::Whole,
-            (Some(j), None) => Clipped::Once(j, [0, 1, 2].map(|c| view.side_of_corner(c, &self.bisectors[j]))),
-            _ => Clipped::Often,
         }
     }
 
@@ -115,6 +48,9 @@ impl Polygon {
     fn cut(&mut self, view: &View, number: usize, corners: [Sign; 3]) {
         let l = &self.bisectors[number];
         self.next.clear();
+        if corners == [Sign::Negative; 3] {
+            self.lines.clear();
+        }
         let Some(&last) = self.lines.last() else { return };
         let first = self.side(view, last, self.lines[0], l, corners);
         let mut here = first;
@@ -162,8 +98,7 @@ impl Polygon {
                 }
                 (Line::Bisector(j), Line::Bisector(k)) => {
                     let (j, k) = (&self.bisectors[j as usize], &self.bisectors[k as usize]);
-                    let [_, b, c] = view.place_within(j, k);
-                    corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
+                    view.place_within(j, k, corners)
                 }
             });
             before = line;
@@ -182,8 +117,7 @@ pub(super) fn on_edge(u: DVec3, v: DVec3, [i, j]: [DVec3; 2]) -> DVec3 {
 /// Where the bisectors of three seeds, ascending, meet on the triangle with these corners.
 pub(super) fn within(corners: [DVec3; 3], [i, j, k]: [DVec3; 3]) -> DVec3 {
     let view = View { corners, seed: i };
-    let [_, b, c] = view.place_within(&view.bisector(0, j), &view.bisector(0, k));
-    corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c
+    view.place_within(&view.bisector(0, j), &view.bisector(0, k), corners)
 }
 
 /// The seed that owns point `at`, by descent over Delaunay neighbours from `start`: Voronoi cells are convex, so a seed

@@ -1,10 +1,10 @@
-//! Triangles that one bisector cuts: most pieces of the surface, summed in vectors.
+//! Triangles that one bisector cuts, or two that meet within: most pieces of the surface, summed in vectors.
 //!
 //! ```text
 //!         C                      B, cut off            A piece is the polygon (A, B, Q, R), of which B is A where
-//!        / \                    / \                    one corner is left.
-//!   R --/---\-- Q          Q --/---\-- bisector        The cut segment from Q to R closes the facet of the two seeds.
-//!      /     \                /     \
+//!        / \                    / \                    one corner is left, or (A, B, Q, X, R) where two bisectors
+//!   R --/---\-- Q          Q --/---\-- bisector        meet at X. The cut segment from Q to R closes the facet of
+//!      /     \                /     \                 the two seeds; with X there are two, from Q to X and to R.
 //!     A-------B              A---R---C, cut off
 //! ```
 
@@ -12,34 +12,44 @@ use glam::DVec3;
 
 use super::bisector::Bisector;
 use super::cell::Cell;
+use super::outline::Ends;
 use super::sheet::Linear;
-use crate::geometry::predicates::Sign;
 use crate::geometry::triples::{cross, dot, minus};
 
 /// Pieces that are summed at once.
 const LANES: usize = 8;
 
-/// Numbers that describe a piece.
-const NUMBERS: usize = 37;
+/// Numbers that describe a piece with one cut.
+const ONCE: usize = 37;
+
+/// Numbers that describe a piece with two: those, X, and where the second seed lies.
+const TWICE: usize = ONCE + 6;
 
 /// Numbers of a [`Cell`].
 const SUMS: usize = 10;
 
 /// Numbers of as many pieces.
-type Block = [[f64; LANES]; NUMBERS];
+type Block<const N: usize> = [[f64; LANES]; N];
 
 /// No pieces: 0 in all numbers, but no division of 0 by 0.
-const NOTHING: Block = {
-    let mut block = [[0.0; LANES]; NUMBERS];
+const fn nothing<const N: usize>() -> Block<N> {
+    let mut block = [[0.0; LANES]; N];
     (block[31], block[33]) = ([1.0; LANES], [1.0; LANES]);
     block
-};
+}
 
 /// Pieces of one cell.
 #[derive(Default)]
 pub(super) struct Slices {
+    once: Pieces<ONCE>,
+    twice: Pieces<TWICE>,
+}
+
+/// Pieces of as many numbers.
+#[derive(Default)]
+struct Pieces<const N: usize> {
     /// Those of the pieces first; what is behind them is left from other cells.
-    blocks: Vec<Block>,
+    blocks: Vec<Block<N>>,
     count: usize,
 }
 
@@ -64,50 +74,80 @@ impl Face {
 }
 
 impl Slices {
-    /// Adds what is left of a triangle that one bisector, whose seed lies at `to`, cuts; `signs` are its sides of the corners,
-    /// of which one or two are positive.
-    pub(super) fn add_cut(&mut self, face: &Face, bisector: &Bisector, signs: [Sign; 3], to: DVec3) {
-        let left = signs.map(|s| s == Sign::Positive);
-        let single = left.iter().filter(|&&l| l).count() == 1;
-        // The corner that stands alone, on either side, and the two after it.
-        let alone = left.iter().position(|&l| l == single).expect("one corner stands alone: this is a bug in tetcvt");
-        let (next, last) = ((alone + 1) % 3, (alone + 2) % 3);
-        let in_order = |u: usize, v: usize| if face.ids[u] < face.ids[v] { (u, v) } else { (v, u) };
-        let (after, before) = (in_order(alone, next), in_order(last, alone));
-        // Alone and left: A, Q after it, R before it. Alone and cut off: Q before it, R after it, between the others.
-        let (a, b, q, r) = if single { (alone, alone, after, before) } else { (next, last, before, after) };
-        let (at, d) = (face.corners, bisector.d);
-        let corners = [at[a], at[b], at[q.0], at[q.1], at[r.0], at[r.1]];
-        self.push(face, corners, to, [d[q.0], d[q.1], d[r.0], d[r.1]]);
+    /// Adds what is left of a triangle that one bisector cuts at these `ends`; its seed lies at `to`.
+    #[inline]
+    pub(super) fn add_once(&mut self, face: &Face, ends: &Ends, bisector: &Bisector, to: DVec3) {
+        let (block, lane) = self.once.next();
+        set_cut(block, lane, face, ends, [bisector; 2], to);
     }
 
-    /// Adds the piece (A, B, Q, R): Q between the third and the fourth of `corners`, where a linear function with the first
-    /// two of `d` at these is 0, R in the same way between the last two.
-    fn push(&mut self, face: &Face, corners: [DVec3; 6], to: DVec3, d: [f64; 4]) {
-        let (at, lane) = (self.count / LANES, self.count % LANES);
-        if at == self.blocks.len() {
-            self.blocks.push(NOTHING);
-        }
-        self.count += 1;
-        let block = &mut self.blocks[at];
-        let Linear { base, from, gradient, range } = face.density;
-        let vectors = corners.into_iter().chain([to, face.normal, from, gradient]);
-        for (n, v) in vectors.enumerate() {
-            (block[3 * n][lane], block[3 * n + 1][lane], block[3 * n + 2][lane]) = (v.x, v.y, v.z);
-        }
-        for (n, x) in d.into_iter().chain([base, range[0], range[1]]).enumerate() {
-            block[30 + n][lane] = x;
+    /// Adds what is left of a triangle that two bisectors cut, the first at the first of `ends`, the second at the other, and
+    /// that meet at `meeting`; their seeds lie at `to`.
+    #[inline]
+    pub(super) fn add_twice(
+        &mut self,
+        face: &Face,
+        ends: &Ends,
+        bisectors: [&Bisector; 2],
+        meeting: DVec3,
+        to: [DVec3; 2],
+    ) {
+        let (block, lane) = self.twice.next();
+        set_cut(block, lane, face, ends, bisectors, to[0]);
+        for (n, x) in meeting.to_array().into_iter().chain(to[1].to_array()).enumerate() {
+            block[ONCE + n][lane] = x;
         }
     }
 
     /// Adds all pieces to `cell`, and is empty again.
     pub(super) fn take(&mut self, arch: pulp::Arch, cell: &mut Cell) {
+        self.once.take(arch, cell);
+        self.twice.take(arch, cell);
+    }
+}
+
+/// The first numbers of a piece (A, B, Q, R): Q on the first of `ends`, where the first bisector is 0, R on the other.
+#[inline(always)]
+fn set_cut<const N: usize>(
+    block: &mut Block<N>,
+    lane: usize,
+    face: &Face,
+    ends: &Ends,
+    [j, k]: [&Bisector; 2],
+    to: DVec3,
+) {
+    let in_order = |(u, v): (usize, usize)| if face.ids[u] < face.ids[v] { (u, v) } else { (v, u) };
+    let (q, r, at) = (in_order(ends.cut[0]), in_order(ends.cut[1]), face.corners);
+    let Linear { base, from, gradient, range } = face.density;
+    let vectors =
+        [at[ends.left[0]], at[ends.left[1]], at[q.0], at[q.1], at[r.0], at[r.1], to, face.normal, from, gradient];
+    for (n, v) in vectors.into_iter().enumerate() {
+        (block[3 * n][lane], block[3 * n + 1][lane], block[3 * n + 2][lane]) = (v.x, v.y, v.z);
+    }
+    for (n, x) in [j.d[q.0], j.d[q.1], k.d[r.0], k.d[r.1], base, range[0], range[1]].into_iter().enumerate() {
+        block[30 + n][lane] = x;
+    }
+}
+
+impl<const N: usize> Pieces<N> {
+    /// Where one more goes.
+    #[inline(always)]
+    fn next(&mut self) -> (&mut Block<N>, usize) {
+        let (at, lane) = (self.count / LANES, self.count % LANES);
+        if at == self.blocks.len() {
+            self.blocks.push(nothing());
+        }
+        self.count += 1;
+        (&mut self.blocks[at], lane)
+    }
+
+    fn take(&mut self, arch: pulp::Arch, cell: &mut Cell) {
         if self.count == 0 {
             return;
         }
         let (used, rest) = (self.count.div_ceil(LANES), self.count % LANES);
         if rest > 0 {
-            let last = self.blocks[used - 1].iter_mut().zip(&NOTHING);
+            let last = self.blocks[used - 1].iter_mut().zip(const { &nothing::<N>() });
             last.for_each(|(numbers, nothing)| numbers[rest..].fill(nothing[0]));
         }
         let sums = arch.dispatch(AddAll { blocks: &self.blocks[..used] });
@@ -123,11 +163,11 @@ impl Slices {
 }
 
 /// Compiled for each width of vectors; the operations, and so the sums, are the same in each.
-struct AddAll<'a> {
-    blocks: &'a [Block],
+struct AddAll<'a, const N: usize> {
+    blocks: &'a [Block<N>],
 }
 
-impl pulp::WithSimd for AddAll<'_> {
+impl<const N: usize> pulp::WithSimd for AddAll<'_, N> {
     type Output = [[f64; LANES]; SUMS];
 
     #[inline(always)]
@@ -135,7 +175,7 @@ impl pulp::WithSimd for AddAll<'_> {
         let mut sums = [[0.0; LANES]; SUMS];
         for block in self.blocks {
             for l in 0..LANES {
-                let part = moments(|n| block[n][l]);
+                let part = moments::<N>(|n| block[n][l]);
                 for n in 0..SUMS {
                     sums[n][l] += part[n];
                 }
@@ -148,7 +188,7 @@ impl pulp::WithSimd for AddAll<'_> {
 /// What one piece adds to the numbers of a cell, in their order; for the formulas see [`Cell::add_polygon`] and
 /// [`Cell::add_tet`].
 #[inline(always)]
-fn moments(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
+fn moments<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
     let vector = |n: usize| [number(3 * n), number(3 * n + 1), number(3 * n + 2)];
     let (a, b) = (vector(0), vector(1));
     let between = |u: [f64; 3], v: [f64; 3], from: f64, to: f64| {
@@ -163,32 +203,51 @@ fn moments(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
         let value = if value > number(35) { value } else { number(35) };
         if value < number(36) { value } else { number(36) }
     };
-    // The piece, as two triangles.
+    // The piece, as two triangles or three, and the cut segments.
     let (at_a, at_q) = (density(a), density(q));
     let first = triangle([a, b, q], normal, [at_a, density(b), at_q]);
-    let second = triangle([a, q, r], normal, [at_a, at_q, density(r)]);
-    let sum: [f64; SUMS - 1] = std::array::from_fn(|n| first[n] + second[n]);
-    let [area, x, y, z, square, mx, my, mz, mass] = sum;
+    let (rest, cut) = if N == TWICE {
+        let x = [number(ONCE), number(ONCE + 1), number(ONCE + 2)];
+        let at_x = density(x);
+        let second = triangle([a, q, x], normal, [at_a, at_q, at_x]);
+        let third = triangle([a, x, r], normal, [at_a, at_x, density(r)]);
+        let cuts = (segment(to, q, x), segment([number(ONCE + 3), number(ONCE + 4), number(ONCE + 5)], x, r));
+        (sum(second, third), sum(cuts.0, cuts.1))
+    } else {
+        (triangle([a, q, r], normal, [at_a, at_q, density(r)]), segment(to, q, r))
+    };
+    let [area, x, y, z, square, mx, my, mz, mass] = sum(first, rest);
     let height = dot(normal, a);
     let (third, flat) = (height / 6.0, height / 24.0);
-    // The cut segment, seen from the middle of the two seeds.
-    let middle = [0.5 * to[0], 0.5 * to[1], 0.5 * to[2]];
-    let d = dot(middle, cross(r, q)) / 6.0;
-    let all = [middle[0] + r[0] + q[0], middle[1] + r[1] + q[1], middle[2] + r[2] + q[2]];
-    let squares = dot(middle, middle) + dot(r, r) + dot(q, q) + dot(all, all);
-    let quarter = d * 0.25;
     [
-        area * third + d,
-        x * flat + all[0] * quarter,
-        y * flat + all[1] * quarter,
-        z * flat + all[2] * quarter,
-        square * height / 120.0 + squares * d / 20.0,
+        area * third + cut[0],
+        x * flat + cut[1],
+        y * flat + cut[2],
+        z * flat + cut[3],
+        square * height / 120.0 + cut[4],
         area * 0.5,
         mx / 24.0,
         my / 24.0,
         mz / 24.0,
         mass / 6.0,
     ]
+}
+
+#[inline(always)]
+fn sum<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|n| a[n] + b[n])
+}
+
+/// For the cut segment from `q` to `r`, seen from the middle of the two seeds, of which the other lies at `to`: volume, first
+/// and second moment.
+#[inline(always)]
+fn segment(to: [f64; 3], q: [f64; 3], r: [f64; 3]) -> [f64; 5] {
+    let middle = [0.5 * to[0], 0.5 * to[1], 0.5 * to[2]];
+    let d = dot(middle, cross(r, q)) / 6.0;
+    let all = [middle[0] + r[0] + q[0], middle[1] + r[1] + q[1], middle[2] + r[2] + q[2]];
+    let squares = dot(middle, middle) + dot(r, r) + dot(q, q) + dot(all, all);
+    let quarter = d * 0.25;
+    [d, all[0] * quarter, all[1] * quarter, all[2] * quarter, squares * d / 20.0]
 }
 
 /// For a triangle: twice the area, 6 and 24 times half of the first and second moments as [`Cell::add_polygon`] sums them, and

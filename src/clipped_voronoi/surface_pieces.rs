@@ -14,9 +14,10 @@ use rayon::prelude::*;
 
 use super::bisector::View;
 use super::cell::Cell;
+use super::outline::{Cuts, Ends};
 use super::owners::Owners;
 use super::planes::Planes;
-use super::polygon::{Clipped, Line, Polygon};
+use super::polygon::{Line, Polygon};
 use super::sheet::Sheet;
 use super::slices::{Face, Slices};
 use super::weighted::Weights;
@@ -236,27 +237,13 @@ impl<'a> Cutter<'a> {
         let view = View { corners: panel.corners, seed: points[i as usize] };
         let face = sheet.face(t, panel, view.seed);
         let owners = panel.ids.map(|v| self.scene.owners.of()[v as usize]);
-        let mut once = self.planes.sole(n, face.corners).filter(|(_, signs)| *signs != [Sign::Negative; 3]);
-        if once.is_none() {
-            once = match self.polygon.clip(&view, self.planes.cutting(n, face.corners)) {
-                Clipped::Nothing => return false,
-                Clipped::Whole => {
-                    self.add_whole(i, &face, cell);
-                    return true;
-                }
-                Clipped::Once(j, signs) => Some((self.polygon.bisectors[j], signs)),
-                Clipped::Often => None,
-            }
+        self.planes.cutting(n, face.corners, &mut self.polygon.bisectors);
+        if self.scene.weights.is_none() && self.add_outlined(i, t, &view, &face, owners) {
+            return true;
         }
-        if let Some((bisector, signs)) = once {
-            if self.scene.weights.is_none() && !view.is_vague(&bisector, signs) {
-                self.slices.add_cut(&face, &bisector, signs, bisector.at - view.seed);
-                if !owners.contains(&bisector.seed) {
-                    self.beyond.push((bisector.seed, t));
-                }
-                return true;
-            }
-            self.polygon.set_once(bisector, signs);
+        self.polygon.clip(&view);
+        if self.polygon.lines.is_empty() {
+            return false;
         }
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(&view, face.corners, face.ids, &mut corners);
@@ -287,6 +274,30 @@ impl<'a> Cutter<'a> {
             }
         }
         self.corners = corners;
+        true
+    }
+
+    /// Adds the piece of a triangle where all is seen from the corners that the seed owns; whether it is.
+    fn add_outlined(&mut self, i: u32, t: u32, view: &View, face: &Face, owners: [u32; 3]) -> bool {
+        let Some(ends) = Ends::new(owners.map(|o| o == i)) else { return false };
+        let bisectors = &self.polygon.bisectors;
+        let cuts = match ends.cuts(bisectors) {
+            None => return false,
+            Some(Cuts::Once(j)) => {
+                let j = &bisectors[j];
+                self.slices.add_once(face, &ends, j, j.at - view.seed);
+                [j.seed; 2]
+            }
+            Some(Cuts::Twice(both, meeting)) => {
+                let [j, k] = both.map(|n| &bisectors[n]);
+                let at = meeting.within(face.corners);
+                self.slices.add_twice(face, &ends, [j, k], at, [j.at - view.seed, k.at - view.seed]);
+                let seeds = [j.seed, k.seed];
+                self.add_crossing(t, i, view, both, at);
+                seeds
+            }
+        };
+        self.beyond.extend(cuts.into_iter().filter(|j| !owners.contains(j)).map(|j| (j, t)));
         true
     }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::{Face, Key, SURFACE, Segment};
 use crate::clipped_voronoi::bisector::View;
 use crate::clipped_voronoi::owners::Owners;
-use crate::clipped_voronoi::polygon::{Clipped, Line, Polygon};
+use crate::clipped_voronoi::polygon::{Line, Polygon};
 use crate::delaunay::Adjacency;
 use crate::surface::Surface;
 
@@ -67,12 +67,9 @@ impl Block<'_> {
             next += 1;
             let view = View { corners: self.surface.corners(t), seed: self.points[i as usize] };
             let bisectors = self.adjacency.of(i as usize).iter().map(|&j| view.bisector(j, self.points[j as usize]));
-            match self.polygon.clip(&view, bisectors) {
-                Clipped::Nothing => self.polygon.lines.clear(),
-                Clipped::Whole => self.polygon.set_whole(),
-                Clipped::Once(j, signs) => self.polygon.set_once(self.polygon.bisectors[j], signs),
-                Clipped::Often => {}
-            }
+            self.polygon.bisectors.clear();
+            self.polygon.bisectors.extend(bisectors);
+            self.polygon.clip(&view);
             self.add_piece(t, i);
             for line in &self.polygon.lines {
                 if let Line::Bisector(b) = *line {
