@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::sheet::Linear;
+use super::sheet::{Linear, Whole};
 use super::slices::Face;
 use super::weighted;
 use crate::geometry::triangle::normal2;
@@ -67,15 +67,30 @@ impl Cell {
         self.energy += height * second / 120.0;
     }
 
+    /// The same for a whole triangle: its integrals about the middle moved to the seed, at `seed`.
+    #[inline]
+    pub(super) fn add_triangle(&mut self, whole: &Whole, seed: DVec3) {
+        let Whole { middle, area_vector, area, square, mass, weighted } = *whole;
+        let to = middle - seed;
+        let cone = area_vector.dot(to);
+        self.volume += cone / 3.0;
+        self.moment += to * (cone / 4.0);
+        // The height of the cone times the integral of the square.
+        self.energy += cone * (to.length_squared() + square) / 5.0;
+        self.area += area;
+        self.area_moment += to * mass + weighted;
+        self.area_mass += mass;
+    }
+
     /// The same, where the solid has the density `at_seed` at the seed and `solid` on the piece.
     pub(super) fn add_weighted_polygon(&mut self, corners: &[DVec3], face: &Face, at_seed: f64) {
-        self.add_area(corners, face.normal, face.density);
-        let a = corners[0];
-        let height = face.normal.dot(a);
+        let (a, normal) = (corners[0], face.normal());
+        self.add_area(corners, normal, face.density);
+        let height = normal.dot(a);
         for pair in corners[1..].windows(2) {
             let fan = [a, pair[0], pair[1]];
             let [at_a, at_b, at_c] = fan.map(|p| face.solid_at(p));
-            let part = normal2(a, pair[0], pair[1]).dot(face.normal);
+            let part = normal2(a, pair[0], pair[1]).dot(normal);
             self.add_weighted(height * part / 6.0, fan, [at_seed, at_a, at_b, at_c]);
         }
     }

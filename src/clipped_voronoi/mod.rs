@@ -171,7 +171,7 @@ impl<'a> Clipper<'a> {
     pub fn clip_first(&mut self, delaunay: &Delaunay, seeds: usize) -> ClippedVoronoi {
         let (points, arch) = (&delaunay.points()[..seeds], self.arch);
         let adjacency = self.adjacency.follow(delaunay, seeds);
-        self.owners.update(self.sheet.surface, points, adjacency, arch);
+        self.owners.update(&self.sheet.points, &self.sheet.triangles, points, adjacency, arch);
 
         let weights = self.sizing.as_ref().map(|s| weighted::sizes(s, points));
         let weights = weights.as_ref().map(|w| Weights { sizes: &w.sizes, densities: &w.densities });

@@ -7,7 +7,6 @@ use super::SEEDS;
 use super::planes::Planes;
 use super::polygon::owner;
 use crate::delaunay::Adjacency;
-use crate::surface::Surface;
 
 /// Vertices in a block of the first search.
 const BLOCK: usize = 1024;
@@ -43,9 +42,16 @@ impl Owners {
         own.iter().map(|&n| (n / 2, n % 2 == 1))
     }
 
-    /// Follows the seeds to where they are now; those of the last time are the first guess.
-    pub(super) fn update(&mut self, surface: &Surface, points: &[DVec3], adjacency: &Adjacency, arch: pulp::Arch) {
-        let at = surface.points();
+    /// Follows the seeds, `points`, to where they are now, for vertices `at` their places and the triangles between them; owners
+    /// of the last time are the first guess.
+    pub(super) fn update(
+        &mut self,
+        at: &[DVec3],
+        triangles: &[[u32; 3]],
+        points: &[DVec3],
+        adjacency: &Adjacency,
+        arch: pulp::Arch,
+    ) {
         if self.of.len() == at.len() && self.first.len() == points.len() + 1 {
             let changes = self.verify(at, points, adjacency, arch);
             if changes.is_empty() {
@@ -56,7 +62,7 @@ impl Owners {
             self.search(at, points, adjacency);
         }
         self.group(points.len());
-        self.group_triangles(points.len(), surface.triangles());
+        self.group_triangles(points.len(), triangles);
     }
 
     /// The vertices that have another owner than before.
@@ -70,14 +76,11 @@ impl Owners {
                     if own.is_empty() {
                         continue;
                     }
-                    // Three at a time, as if they were triangles.
-                    let position = |v: &u32| at[*v as usize];
-                    let triple = |three: &[u32]| [0, 1, 2].map(|k| position(three.get(k).unwrap_or(&three[0])));
-                    planes.set(arch, points[i], adjacency.of(i), points, own.chunks(3).map(triple));
-                    for (n, three) in own.chunks(3).enumerate() {
-                        if planes.doubtful(n).next().is_some() {
-                            let now = |v: u32| (v, owner(at[v as usize], i as u32, adjacency, points));
-                            changes.extend(three.iter().map(|&v| now(v)).filter(|&(_, j)| j != i as u32));
+                    planes.set(arch, points[i], adjacency.of(i), points, own.iter().map(|&v| at[v as usize]));
+                    for (_, &v) in own.iter().enumerate().filter(|&(n, _)| planes.is_doubtful(n)) {
+                        let now = owner(at[v as usize], i as u32, adjacency, points);
+                        if now != i as u32 {
+                            changes.push((v, now));
                         }
                     }
                 }

@@ -1,7 +1,7 @@
-//! The bisectors of a seed at the corners of many triangles, in vectors, and which of them can cut which triangle.
+//! The bisectors of a seed at many points of the surface, in vectors, and which of them can cut which triangle.
 //!
-//! Nearly all neighbours are farther from all of a triangle by a wide margin, and are done with here; the few that are left go
-//! on to the exact signs of `bisector.rs`.
+//! Nearly all neighbours are farther from all corners of a triangle by a wide margin, and are done with here; the few that are
+//! left go on to the exact signs of `bisector.rs`.
 
 use glam::DVec3;
 
@@ -20,16 +20,18 @@ const SURE: f64 = 160.0 * f64::EPSILON / 2.0;
 /// A number of each neighbour.
 type Lanes = [f64; LANES];
 
-/// The bisectors of one seed on some triangles.
+/// The bisectors of one seed at some points.
 #[derive(Default)]
 pub(super) struct Planes {
     seed: DVec3,
     neighbors: Vec<u32>,
     blocks: Vec<Block>,
-    /// For each triangle and block, the values of d at the three corners.
-    values: Vec<[Lanes; 3]>,
-    /// For each triangle, a bit for each neighbour that is not certain to be farther than the seed.
+    /// For each point and block, the values of d.
+    values: Vec<Lanes>,
+    /// For each point, a bit for each neighbour that is not certain to be farther than the seed.
     doubts: Vec<u64>,
+    /// Bounds on the distance of each point from the seed.
+    distances: Vec<f64>,
 }
 
 /// Eight neighbours; positions that are missing are infinitely far.
@@ -41,14 +43,14 @@ struct Block {
 }
 
 impl Planes {
-    /// Makes these the bisectors of `seed` and `neighbors`, on `triangles`.
+    /// Makes these the bisectors of `seed` and `neighbors`, at points of the surface.
     pub(super) fn set(
         &mut self,
         arch: pulp::Arch,
         seed: DVec3,
         neighbors: &[u32],
         points: &[DVec3],
-        triangles: impl Iterator<Item = [DVec3; 3]>,
+        at: impl Iterator<Item = DVec3>,
     ) {
         self.seed = seed;
         self.neighbors.clear();
@@ -70,86 +72,81 @@ impl Planes {
         }
         self.values.clear();
         self.doubts.clear();
-        arch.dispatch(Test { planes: self, triangles });
+        self.distances.clear();
+        arch.dispatch(Test { planes: self, at });
     }
 
-    /// Sets `out` to the bisectors that may cut triangle `n`, whose corners, relative to the seed, are `corners`.
+    /// Sets `out` to the bisectors that may cut the triangle of three of the points.
     #[inline]
-    pub(super) fn cutting(&self, n: usize, corners: [DVec3; 3], out: &mut Vec<Bisector>) {
+    pub(super) fn cutting(&self, corners: [usize; 3], out: &mut Vec<Bisector>) {
         out.clear();
-        let farthest = farthest(corners);
-        out.extend(self.doubtful(n).map(|k| self.bisector(n, k, farthest)));
+        let [a, b, c] = corners.map(|n| self.distances[n]);
+        let farthest = a.max(b).max(c);
+        let words = self.words();
+        for word in 0..words {
+            let [a, b, c] = corners.map(|n| self.doubts[n * words + word]);
+            let mut rest = a | b | c;
+            while rest != 0 {
+                let bit = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                // A byte for each lane, a bit of it for each block.
+                out.push(self.bisector(corners, word * BITS / LANES + bit % 8, bit / 8, farthest));
+            }
+        }
     }
 
-    /// The bisector with neighbour `k` of the list on triangle `n`, whose farthest corner is so far from the seed.
+    /// Whether it is not certain that the seed is the nearest to point `n`.
+    pub(super) fn is_doubtful(&self, n: usize) -> bool {
+        let words = self.words();
+        self.doubts[n * words..(n + 1) * words].iter().any(|&bits| bits != 0)
+    }
+
+    fn words(&self) -> usize {
+        (self.blocks.len() * LANES).div_ceil(BITS)
+    }
+
+    /// The bisector with the neighbour in such a lane of a block on the triangle of three points, the farthest of which is no
+    /// farther from the seed than that.
     #[inline]
-    fn bisector(&self, n: usize, k: usize, farthest: f64) -> Bisector {
-        let (block, l) = (&self.blocks[k / LANES], k % LANES);
-        let distance = block.distance[l];
+    fn bisector(&self, corners: [usize; 3], number: usize, lane: usize, farthest: f64) -> Bisector {
+        let (block, blocks) = (&self.blocks[number], self.blocks.len());
+        let distance = block.distance[lane];
         Bisector {
-            seed: self.neighbors[k],
-            at: DVec3::new(block.at[0][l], block.at[1][l], block.at[2][l]),
-            d: self.values[n * self.blocks.len() + k / LANES].map(|lanes| lanes[l]),
+            seed: self.neighbors[number * LANES + lane],
+            at: DVec3::new(block.at[0][lane], block.at[1][lane], block.at[2][lane]),
+            d: corners.map(|n| self.values[n * blocks + number][lane]),
             // By Cauchy's inequality; the margin is for the roundings of this bound itself.
             size: 1.000_001 * distance * (2.0 * farthest + distance),
         }
     }
-
-    /// The neighbours, by their place in the list, of which it is not certain that they are farther from triangle `n` than
-    /// the seed.
-    pub(super) fn doubtful(&self, n: usize) -> impl Iterator<Item = usize> + '_ {
-        let words = (self.blocks.len() * LANES).div_ceil(BITS);
-        self.doubts[n * words..(n + 1) * words].iter().enumerate().flat_map(|(word, &bits)| {
-            let mut rest = bits;
-            std::iter::from_fn(move || {
-                if rest == 0 {
-                    return None;
-                }
-                let bit = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                // A byte for each lane, a bit of it for each block.
-                Some(word * BITS + (bit % 8) * LANES + bit / 8)
-            })
-        })
-    }
-}
-
-/// The distance of the farthest of three points from the origin.
-fn farthest(corners: [DVec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|y| y.length_squared());
-    a.max(b).max(c).sqrt()
 }
 
 /// Compiled for each width of vectors; the operations, and so the answers, are the same in each.
 struct Test<'a, I> {
     planes: &'a mut Planes,
-    triangles: I,
+    at: I,
 }
 
-impl<I: Iterator<Item = [DVec3; 3]>> pulp::WithSimd for Test<'_, I> {
+impl<I: Iterator<Item = DVec3>> pulp::WithSimd for Test<'_, I> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Planes { seed, blocks, values, doubts, .. } = self.planes;
-        for corners in self.triangles {
-            let from_seed = corners.map(|c| c - *seed);
+        let Planes { seed, blocks, values, doubts, distances, .. } = self.planes;
+        for p in self.at {
+            let from_seed = p - *seed;
+            distances.push(from_seed.length());
             for eight in blocks.chunks(BITS / LANES) {
                 let mut found = [0u64; LANES];
                 for (bit, Block { at, apart, .. }) in eight.iter().enumerate() {
-                    let mut d = [[0.0; LANES]; 3];
+                    let mut d = [0.0; LANES];
                     for l in 0..LANES {
                         // The same bits, but for the sign, as the other seed's.
-                        let value = |c: usize| {
-                            let x = apart[0][l] * (from_seed[c].x + (corners[c].x - at[0][l]));
-                            let y = apart[1][l] * (from_seed[c].y + (corners[c].y - at[1][l]));
-                            let z = apart[2][l] * (from_seed[c].z + (corners[c].z - at[2][l]));
-                            x + y + z
-                        };
-                        (d[0][l], d[1][l], d[2][l]) = (value(0), value(1), value(2));
-                        let least = if d[0][l] < d[1][l] { d[0][l] } else { d[1][l] };
-                        let least = if least < d[2][l] { least } else { d[2][l] };
-                        found[l] |= if least > SURE { 0 } else { 1 << bit };
+                        let x = apart[0][l] * (from_seed.x + (p.x - at[0][l]));
+                        let y = apart[1][l] * (from_seed.y + (p.y - at[1][l]));
+                        let z = apart[2][l] * (from_seed.z + (p.z - at[2][l]));
+                        d[l] = x + y + z;
+                        found[l] |= if d[l] > SURE { 0 } else { 1 << bit };
                     }
                     values.push(d);
                 }
@@ -177,17 +174,18 @@ mod tests {
             let seed = point(0.1);
             let points: Vec<DVec3> = (0..count).map(|_| point(0.5)).collect();
             let neighbors: Vec<u32> = (0..count as u32).collect();
-            let triangles: Vec<[DVec3; 3]> = (0..20).map(|_| [0; 3].map(|_| point(0.5))).collect();
+            let corners: Vec<DVec3> = (0..60).map(|_| point(0.5)).collect();
             let (mut planes, mut bisectors) = (Planes::default(), Vec::new());
-            planes.set(pulp::Arch::new(), seed, &neighbors, &points, triangles.iter().copied());
-            for (n, triangle) in triangles.iter().enumerate() {
-                let mut found: Vec<usize> = planes.doubtful(n).collect();
+            planes.set(pulp::Arch::new(), seed, &neighbors, &points, corners.iter().copied());
+            for n in (0..60).step_by(3) {
+                let triangle = [n, n + 1, n + 2].map(|n| corners[n]);
+                planes.cutting([n, n + 1, n + 2], &mut bisectors);
+                let mut found: Vec<usize> = bisectors.iter().map(|b| b.seed as usize).collect();
                 found.sort_unstable();
-                let nearer = |k: &usize| triangle.iter().any(|p| p.distance(points[*k]) < p.distance(seed));
-                let expected: Vec<usize> = (0..count).filter(nearer).collect();
+                let nearer = |p: &DVec3, k: usize| p.distance(points[k]) < p.distance(seed);
+                let expected: Vec<usize> = (0..count).filter(|&k| triangle.iter().any(|p| nearer(p, k))).collect();
                 assert_eq!(found, expected);
-                planes.cutting(n, triangle.map(|c| c - seed), &mut bisectors);
-                assert_eq!(bisectors.len(), found.len());
+                assert_eq!(planes.is_doubtful(n), (0..count).any(|k| nearer(&corners[n], k)));
                 for bisector in &bisectors {
                     let at = points[bisector.seed as usize];
                     for (d, c) in bisector.d.into_iter().zip(triangle) {

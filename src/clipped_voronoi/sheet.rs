@@ -9,28 +9,52 @@ use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
 
 /// What does not change from one set of seeds to the next.
+///
+/// Triangles and vertices have numbers of their own here, near where they are near in space: along a Hilbert curve, as seeds
+/// are.
 pub(super) struct Sheet<'a> {
     pub(super) surface: &'a Surface,
-    /// All that is asked of each triangle, near in memory where it is near in space: along a Hilbert curve, as seeds are.
-    panels: Vec<Panel>,
-    /// For each triangle, where.
-    place: Vec<u32>,
+    /// For each triangle, which one of the surface it is.
+    order: Vec<u32>,
+    /// The corners of each.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// For each vertex, which one of the surface it is.
+    vertices: Vec<u32>,
+    /// Where each is.
+    pub(super) points: Vec<DVec3>,
+    /// What each triangle adds to a cell that holds it whole.
+    wholes: Vec<Whole>,
     /// The density of the surface.
     density: OnVertices,
-    /// The density of the solid, on its surface.
+    /// The density of the solid, on its surface; by the surface's own numbers.
     solid: OnVertices,
 }
 
-/// A triangle.
+/// Moments of a triangle.
 #[derive(Clone, Copy)]
-pub(super) struct Panel {
-    pub(super) corners: [DVec3; 3],
-    /// Its unit normal.
-    normal: DVec3,
-    /// The density of the surface at the corners.
-    density: [f64; 3],
-    /// Vertices of the surface.
-    pub(super) ids: [u32; 3],
+pub(super) struct Whole {
+    pub(super) middle: DVec3,
+    /// Its unit normal times the area.
+    pub(super) area_vector: DVec3,
+    pub(super) area: f64,
+    /// Mean of the squared distance from the middle.
+    pub(super) square: f64,
+    /// Integrals of the density of the surface, and of it times the vector from the middle.
+    pub(super) mass: f64,
+    pub(super) weighted: DVec3,
+}
+
+impl Whole {
+    fn new(corners: [DVec3; 3], [at_a, at_b, at_c]: [f64; 3]) -> Whole {
+        let [a, b, c] = corners;
+        let middle = (a + b + c) / 3.0;
+        let area_vector = normal2(a, b, c) / 2.0;
+        let area = area_vector.length();
+        let [a, b, c] = corners.map(|p| p - middle);
+        let square = (a.length_squared() + b.length_squared() + c.length_squared()) / 12.0;
+        let weighted = (a * at_a + b * at_b + c * at_c) * (area / 12.0);
+        Whole { middle, area_vector, area, square, mass: area * (at_a + at_b + at_c) / 3.0, weighted }
+    }
 }
 
 /// A function on the surface, linear on each triangle.
@@ -45,70 +69,102 @@ struct OnVertices {
 impl<'a> Sheet<'a> {
     /// For `surface`, with an even density.
     pub(super) fn new(surface: &'a Surface) -> Sheet<'a> {
-        let panel = |&t: &u32| Panel {
-            corners: surface.corners(t),
-            normal: surface.normal2(t).normalize_or_zero(),
-            density: [1.0; 3],
-            ids: surface.triangles()[t as usize],
-        };
-        let count = surface.triangles().len();
-        let middles: Vec<DVec3> = (0..count as u32).map(|t| surface.corners(t).iter().sum::<DVec3>() / 3.0).collect();
+        let count = surface.triangles().len() as u32;
+        let middles: Vec<DVec3> = (0..count).map(|t| surface.corners(t).iter().sum::<DVec3>() / 3.0).collect();
         let order = hilbert_order(&middles);
-        let mut place = vec![0; count];
-        (0..).zip(&order).for_each(|(k, &t)| place[t as usize] = k);
-        let panels = order.iter().map(panel).collect();
-        Sheet { surface, panels, place, density: OnVertices::default(), solid: OnVertices::default() }
+        // Vertices as triangles come to them.
+        let (mut numbers, mut vertices) = (vec![u32::MAX; surface.points().len()], Vec::new());
+        let mut number = |v: u32| {
+            let number = &mut numbers[v as usize];
+            if *number == u32::MAX {
+                *number = vertices.len() as u32;
+                vertices.push(v);
+            }
+            *number
+        };
+        let triangles = order.iter().map(|&t| surface.triangles()[t as usize].map(&mut number)).collect();
+        let points = vertices.iter().map(|&v| surface.points()[v as usize]).collect();
+        let (density, solid) = (OnVertices::default(), OnVertices::default());
+        let mut sheet = Sheet { surface, order, triangles, vertices, points, wholes: Vec::new(), density, solid };
+        sheet.set_wholes();
+        sheet
     }
 
     /// From now on weighs the surface by `density`.
     pub(super) fn set_density(&mut self, density: Density) {
         self.density = match density {
             Density::Uniform => OnVertices::default(),
-            Density::Vertices(at) => OnVertices::new(self.surface, at),
+            Density::Vertices(at) => {
+                let at = self.vertices.iter().map(|&v| at[v as usize]).collect();
+                OnVertices::new(&self.triangles, &self.points, at)
+            }
         };
-        for panel in &mut self.panels {
-            panel.density = self.density.at_vertices(panel.ids);
-        }
+        self.set_wholes();
+    }
+
+    fn set_wholes(&mut self) {
+        let whole = |t| Whole::new(self.corners(t), self.density.at_vertices(self.triangles[t as usize]));
+        self.wholes = (0..self.triangles.len() as u32).map(whole).collect();
     }
 
     /// From now on weighs the solid by a density that has these values at the surface's vertices.
     pub(super) fn set_solid(&mut self, at: Vec<f64>) {
-        self.solid = OnVertices::new(self.surface, at);
+        self.solid = OnVertices::new(self.surface.triangles(), self.surface.points(), at);
     }
 
-    /// Triangle `t`.
+    /// Which triangle of the surface triangle `t` is.
     #[inline]
-    pub(super) fn panel(&self, t: u32) -> &Panel {
-        &self.panels[self.place[t as usize] as usize]
+    pub(super) fn of_surface(&self, t: u32) -> u32 {
+        self.order[t as usize]
     }
 
-    /// Triangle `t` relative to `origin`.
+    /// Whether triangle `t` is an interface.
     #[inline]
-    pub(super) fn face(&self, t: u32, panel: &Panel, origin: DVec3) -> Face {
-        let corners = panel.corners.map(|p| p - origin);
-        let density = self.density.on(t, panel.density, corners[0]);
-        let solid =
-            (!self.solid.at.is_empty()).then(|| self.solid.on(t, self.solid.at_vertices(panel.ids), corners[0]));
-        Face { corners, ids: panel.ids, normal: panel.normal, density, solid }
+    pub(super) fn is_interface(&self, t: u32) -> bool {
+        self.surface.has_interfaces() && self.surface.is_interface(self.of_surface(t))
     }
 
-    /// The density of the solid at a point of triangle `t`.
+    /// Where the corners of triangle `t` are.
+    #[inline]
+    pub(super) fn corners(&self, t: u32) -> [DVec3; 3] {
+        self.triangles[t as usize].map(|v| self.points[v as usize])
+    }
+
+    /// The moments of triangle `t`.
+    #[inline]
+    pub(super) fn whole(&self, t: u32) -> &Whole {
+        &self.wholes[t as usize]
+    }
+
+    /// Triangle `t` with its corners relative to a seed.
+    #[inline]
+    pub(super) fn face(&self, t: u32, corners: [DVec3; 3]) -> Face {
+        let ids = self.triangles[t as usize];
+        let density = self.density.on(t, ids, corners[0]);
+        let solid = (!self.solid.at.is_empty()).then(|| {
+            let t = self.of_surface(t);
+            self.solid.on(t, self.surface.triangles()[t as usize], corners[0])
+        });
+        Face { corners, ids, normal2: normal2(corners[0], corners[1], corners[2]), density, solid }
+    }
+
+    /// The density of the solid at a point of triangle `t` of the surface.
     pub(super) fn solid_at(&self, t: u32, p: DVec3) -> f64 {
         let ids = self.surface.triangles()[t as usize];
-        self.solid.on(t, self.solid.at_vertices(ids), self.surface.points()[ids[0] as usize]).at(p)
+        self.solid.on(t, ids, self.surface.points()[ids[0] as usize]).at(p)
     }
 }
 
 impl OnVertices {
-    fn new(surface: &Surface, at: Vec<f64>) -> OnVertices {
+    fn new(triangles: &[[u32; 3]], points: &[DVec3], at: Vec<f64>) -> OnVertices {
         let gradient = |ids: &[u32; 3]| {
-            let [a, b, c] = ids.map(|v| surface.points()[v as usize]);
+            let [a, b, c] = ids.map(|v| points[v as usize]);
             let [at_a, at_b, at_c] = ids.map(|v| at[v as usize]);
             let normal = normal2(a, b, c);
             let rise = (c - a).cross(normal) * (at_b - at_a) + normal.cross(b - a) * (at_c - at_a);
             rise / normal.length_squared()
         };
-        let gradients = surface.triangles().iter().map(gradient).collect();
+        let gradients = triangles.iter().map(gradient).collect();
         OnVertices { at, gradients }
     }
 
@@ -118,10 +174,10 @@ impl OnVertices {
         if self.at.is_empty() { [1.0; 3] } else { ids.map(|v| self.at[v as usize]) }
     }
 
-    /// On triangle `t`, at whose corners it has such values, for points relative to what its first corner `from` is
-    /// relative to.
+    /// On triangle `t` with corners `ids`, for points relative to what its first corner `from` is relative to.
     #[inline]
-    fn on(&self, t: u32, [a, b, c]: [f64; 3], from: DVec3) -> Linear {
+    fn on(&self, t: u32, ids: [u32; 3], from: DVec3) -> Linear {
+        let [a, b, c] = self.at_vertices(ids);
         if a == b && b == c {
             return Linear { base: a, from: DVec3::ZERO, gradient: DVec3::ZERO, range: [a; 2] };
         }

@@ -59,14 +59,19 @@ pub(super) struct Face {
     pub(super) corners: [DVec3; 3],
     /// Vertices of the surface: the ends of an edge are taken in the order of these, the same for both triangles at it.
     pub(super) ids: [u32; 3],
-    /// Its unit normal.
-    pub(super) normal: DVec3,
+    /// Its normal, twice the area long.
+    pub(super) normal2: DVec3,
     pub(super) density: Linear,
     /// The density of the solid, where that is not even.
     pub(super) solid: Option<Linear>,
 }
 
 impl Face {
+    /// Its unit normal; zero where it has none.
+    pub(super) fn normal(&self) -> DVec3 {
+        self.normal2.normalize_or_zero()
+    }
+
     /// The density of the solid at a point of the triangle.
     pub(super) fn solid_at(&self, p: DVec3) -> f64 {
         self.solid.map_or(1.0, |solid| solid.at(p))
@@ -120,7 +125,7 @@ fn set_cut<const N: usize>(
     let (q, r, at) = (in_order(ends.cut[0]), in_order(ends.cut[1]), face.corners);
     let Linear { base, from, gradient, range } = face.density;
     let vectors =
-        [at[ends.left[0]], at[ends.left[1]], at[q.0], at[q.1], at[r.0], at[r.1], to, face.normal, from, gradient];
+        [at[ends.left[0]], at[ends.left[1]], at[q.0], at[q.1], at[r.0], at[r.1], to, face.normal2, from, gradient];
     for (n, v) in vectors.into_iter().enumerate() {
         (block[3 * n][lane], block[3 * n + 1][lane], block[3 * n + 2][lane]) = (v.x, v.y, v.z);
     }
@@ -197,7 +202,10 @@ fn moments<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
     };
     let q = between(vector(2), vector(3), number(30), number(31));
     let r = between(vector(4), vector(5), number(32), number(33));
-    let (to, normal, from, gradient) = (vector(6), vector(7), vector(8), vector(9));
+    let (to, normal2, from, gradient) = (vector(6), vector(7), vector(8), vector(9));
+    let length = dot(normal2, normal2).sqrt();
+    let shrink = if length > 0.0 { 1.0 / length } else { 0.0 };
+    let normal = normal2.map(|x| x * shrink);
     let density = |p: [f64; 3]| {
         let value = number(34) + dot(gradient, minus(p, from));
         let value = if value > number(35) { value } else { number(35) };

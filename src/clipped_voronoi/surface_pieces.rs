@@ -28,7 +28,7 @@ use crate::geometry::predicates::Sign;
 /// Pieces without a corner of their triangle that one thread cuts in a row.
 const BLOCK: usize = 128;
 
-/// A seed and a triangle of the surface.
+/// A seed and a triangle of the sheet.
 pub(super) type Pair = (u32, u32);
 
 /// What cutting looks at.
@@ -50,11 +50,46 @@ struct Cutter<'a> {
     polygon: Polygon,
     slices: Slices,
     corners: Vec<DVec3>,
-    /// Triangles to be cut for one seed.
-    triangles: Vec<u32>,
+    /// Triangles to be cut for one seed, with the places of their corners among these.
+    triangles: Vec<(u32, [u32; 3])>,
+    vertices: Vertices,
     crossings: Vec<Crossing>,
     /// Seeds that own a piece of a triangle but none of its corners.
     beyond: Vec<Pair>,
+}
+
+/// The corners of the triangles of one seed.
+#[derive(Default)]
+struct Vertices {
+    ids: Vec<u32>,
+    at: Vec<DVec3>,
+    from_seed: Vec<DVec3>,
+    /// For each vertex of the sheet, where it is in these, if it is.
+    place: Vec<u32>,
+}
+
+impl Vertices {
+    fn clear(&mut self) {
+        self.ids.clear();
+        self.at.clear();
+        self.from_seed.clear();
+    }
+
+    /// The place of a vertex, which is added where it is not there.
+    #[inline]
+    fn add(&mut self, v: u32, sheet: &Sheet, seed: DVec3) -> u32 {
+        let place = self.place[v as usize];
+        if self.ids.get(place as usize) == Some(&v) {
+            return place;
+        }
+        let place = self.ids.len() as u32;
+        self.place[v as usize] = place;
+        let at = sheet.points[v as usize];
+        self.ids.push(v);
+        self.at.push(at);
+        self.from_seed.push(at - seed);
+        place
+    }
 }
 
 /// Adds the surface to `cells`; returns the crossings of Voronoi edges, by facet.
@@ -136,7 +171,7 @@ impl Scene<'_> {
     }
 
     fn corner_owners(&self, t: u32) -> [u32; 3] {
-        self.sheet.surface.triangles()[t as usize].map(|v| self.owners.of()[v as usize])
+        self.sheet.triangles[t as usize].map(|v| self.owners.of()[v as usize])
     }
 }
 
@@ -149,6 +184,7 @@ impl<'a> Cutter<'a> {
             slices: Slices::default(),
             corners: Vec::new(),
             triangles: Vec::new(),
+            vertices: Vertices { place: vec![0; scene.sheet.points.len()], ..Vertices::default() },
             crossings: Vec::new(),
             beyond: Vec::new(),
         }
@@ -174,15 +210,15 @@ impl<'a> Cutter<'a> {
     fn add_own_of(&mut self, i: u32, interface: bool, cell: &mut Cell) {
         let Scene { points, sheet, owners, .. } = self.scene;
         let seed = points[i as usize];
-        self.triangles.clear();
+        self.clear();
         for (t, whole) in owners.triangles_of(i as usize) {
-            if sheet.surface.is_interface(t) != interface {
+            if sheet.is_interface(t) != interface {
                 continue;
             }
             if whole {
-                self.add_whole(i, &sheet.face(t, sheet.panel(t), seed), cell);
+                self.add_whole(i, t, cell);
             } else {
-                self.triangles.push(t);
+                self.add_triangle(t, seed);
             }
         }
         let from = self.crossings.len();
@@ -198,33 +234,50 @@ impl<'a> Cutter<'a> {
     fn cut_cornerless(&mut self, pairs: &[Pair], pieces: &mut Vec<(Pair, Cell)>) {
         let i = pairs[0].0;
         let sheet = self.scene.sheet;
-        self.triangles.clear();
-        self.triangles.extend(pairs.iter().map(|p| p.1));
+        self.clear();
+        pairs.iter().for_each(|p| self.add_triangle(p.1, self.scene.points[i as usize]));
         self.test(i);
         for (n, &pair) in pairs.iter().enumerate() {
             let mut piece = Cell::default();
             if self.cut(i, n, &mut piece) {
                 self.slices.take(self.scene.arch, &mut piece);
-                let interface = sheet.surface.is_interface(pair.1);
+                let interface = sheet.is_interface(pair.1);
                 pieces.push((pair, if interface { piece.of_surface() } else { piece }));
             }
         }
     }
 
+    /// No triangles.
+    fn clear(&mut self) {
+        self.triangles.clear();
+        self.vertices.clear();
+    }
+
+    /// One more triangle to be cut.
+    fn add_triangle(&mut self, t: u32, seed: DVec3) {
+        let sheet = self.scene.sheet;
+        let place = |v: u32| self.vertices.add(v, sheet, seed);
+        self.triangles.push((t, sheet.triangles[t as usize].map(place)));
+    }
+
     /// Finds the bisectors of seed `i` that may cut its triangles.
     fn test(&mut self, i: u32) {
         if !self.triangles.is_empty() {
-            let Scene { points, adjacency, sheet, arch, .. } = self.scene;
-            let corners = self.triangles.iter().map(|&t| sheet.panel(t).corners);
-            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, corners);
+            let Scene { points, adjacency, arch, .. } = self.scene;
+            let at = self.vertices.at.iter().copied();
+            self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, at);
         }
     }
 
     /// Adds a triangle that seed `i` owns whole.
-    fn add_whole(&self, i: u32, face: &Face, cell: &mut Cell) {
+    fn add_whole(&self, i: u32, t: u32, cell: &mut Cell) {
+        let Scene { points, sheet, .. } = self.scene;
         match &self.scene.weights {
-            None => cell.add_polygon(&face.corners, face.normal, face.density),
-            Some(weights) => cell.add_weighted_polygon(&face.corners, face, weights.at_seed(i)),
+            None => cell.add_triangle(sheet.whole(t), points[i as usize]),
+            Some(weights) => {
+                let face = sheet.face(t, sheet.corners(t).map(|p| p - points[i as usize]));
+                cell.add_weighted_polygon(&face.corners, &face, weights.at_seed(i));
+            }
         }
     }
 
@@ -232,12 +285,12 @@ impl<'a> Cutter<'a> {
     /// seeds across its edges. Whether there is a piece.
     fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
         let Scene { points, sheet, .. } = self.scene;
-        let t = self.triangles[n];
-        let panel = sheet.panel(t);
-        let view = View { corners: panel.corners, seed: points[i as usize] };
-        let face = sheet.face(t, panel, view.seed);
-        let owners = panel.ids.map(|v| self.scene.owners.of()[v as usize]);
-        self.planes.cutting(n, face.corners, &mut self.polygon.bisectors);
+        let (t, places) = self.triangles[n];
+        let places = places.map(|k| k as usize);
+        let view = View { corners: places.map(|k| self.vertices.at[k]), seed: points[i as usize] };
+        let face = sheet.face(t, places.map(|k| self.vertices.from_seed[k]));
+        let owners = face.ids.map(|v| self.scene.owners.of()[v as usize]);
+        self.planes.cutting(places, &mut self.polygon.bisectors);
         if self.scene.weights.is_none() && self.add_outlined(i, t, &view, &face, owners) {
             return true;
         }
@@ -248,7 +301,7 @@ impl<'a> Cutter<'a> {
         let mut corners = std::mem::take(&mut self.corners);
         self.polygon.positions(&view, face.corners, face.ids, &mut corners);
         match &self.scene.weights {
-            None => cell.add_polygon(&corners, face.normal, face.density),
+            None => cell.add_polygon(&corners, face.normal(), face.density),
             Some(weights) => cell.add_weighted_polygon(&corners, &face, weights.at_seed(i)),
         }
         let n = corners.len();
@@ -309,7 +362,7 @@ impl<'a> Cutter<'a> {
             self.crossings.push(Crossing {
                 facet: [i, lower.seed, upper.seed],
                 point: view.seed + at,
-                triangle: t,
+                triangle: self.scene.sheet.of_surface(t),
                 leaves: view.turn(lower, upper) == Sign::Positive,
             });
         }
