@@ -34,6 +34,15 @@ const WITHIN: f64 = 120.0 * UNIT;
 /// Differences below this share of their terms leave too few digits for a position, which is then computed exactly.
 const VAGUE: f64 = 1e-4;
 
+/// d_ij on the triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Form {
+    /// Its values at the three corners.
+    pub(super) d: [f64; 3],
+    /// Bound on the size of these and of the terms that they are sums of.
+    pub(super) size: f64,
+}
+
 /// The bisector of the cell's seed and another, on one triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bisector {
@@ -41,10 +50,7 @@ pub(super) struct Bisector {
     pub(super) seed: u32,
     /// Its position.
     pub(super) at: DVec3,
-    /// d at the three corners.
-    pub(super) d: [f64; 3],
-    /// Bound on the size of d and of the terms that it is the sum of.
-    pub(super) size: f64,
+    pub(super) form: Form,
 }
 
 /// A triangle of the surface as the cell of one seed sees it.
@@ -56,7 +62,7 @@ pub(super) struct View {
     pub(super) seed: DVec3,
 }
 
-impl Bisector {
+impl Form {
     /// Side of corner `c`: positive where the cell's seed is closer; `None` where rounding leaves that open.
     #[inline]
     pub(super) fn side(&self, c: usize) -> Option<Sign> {
@@ -72,15 +78,21 @@ impl Bisector {
 
     /// The sign of d_ij(u) d_il(v) - d_ij(v) d_il(u), with this as j; `None` where rounding leaves that open.
     #[inline]
-    pub(super) fn order_on_edge(&self, l: &Bisector, u: usize, v: usize) -> Option<Sign> {
+    pub(super) fn order_on_edge(&self, l: &Form, u: usize, v: usize) -> Option<Sign> {
         let det = self.d[u] * l.d[v] - self.d[v] * l.d[u];
         // Two products of values with 4 units of error each, one rounding each and one of the difference: below 2 * 10.
         (det.abs() > 24.0 * UNIT * self.size * l.size).then(|| Sign::of(det))
     }
 
+    /// The same with the corners in another order.
+    #[inline]
+    pub(super) fn reordered(&self, corners: [usize; 3]) -> Form {
+        Form { d: corners.map(|c| self.d[c]), size: self.size }
+    }
+
     /// Where it meets another; `None` where there are too few digits.
     #[inline]
-    pub(super) fn meeting(&self, k: &Bisector) -> Option<Meeting> {
+    pub(super) fn meeting(&self, k: &Form) -> Option<Meeting> {
         let minors = cross(self.d, k.d);
         let meeting = Meeting { minors, sum: minors.iter().sum(), size: self.size * k.size };
         (meeting.sum.abs() >= VAGUE * meeting.size).then_some(meeting)
@@ -99,9 +111,15 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
+    /// Whether det(d_ij, d_ik, 1) is positive: see [`View::turn`], of which it is certain, as there are digits enough.
+    #[inline]
+    pub(super) fn turns(&self) -> bool {
+        self.sum > 0.0
+    }
+
     /// Whether it is certain that the cell's seed is closer there than that of a third bisector.
     #[inline]
-    pub(super) fn is_left_by(&self, l: &Bisector) -> bool {
+    pub(super) fn is_left_by(&self, l: &Form) -> bool {
         let det = dot(self.minors, l.d);
         det.abs() > WITHIN * self.size * l.size && (det > 0.0) == (self.sum > 0.0)
     }
@@ -135,13 +153,13 @@ impl View {
             let bound = apart.abs().dot(twice.abs());
             size = if bound > size { bound } else { size };
         }
-        Bisector { seed, at, d, size }
+        Bisector { seed, at, form: Form { d, size } }
     }
 
     /// Side of corner `c`: positive where the cell's seed is closer.
     #[inline]
     pub(super) fn side_of_corner(&self, c: usize, l: &Bisector) -> Sign {
-        if let Some(sign) = l.side(c) {
+        if let Some(sign) = l.form.side(c) {
             return sign;
         }
         match self.exact(l, c).sign() {
@@ -155,7 +173,7 @@ impl View {
     pub(super) fn side_on_edge(&self, u: usize, v: usize, j: &Bisector, l: &Bisector) -> Sign {
         // The edge meets bisector j, so that d_ij has different signs at its ends and the difference that of the first.
         let along = self.side_of_corner(u, j);
-        if let Some(sign) = j.order_on_edge(l, u, v) {
+        if let Some(sign) = j.form.order_on_edge(&l.form, u, v) {
             return times(sign, along);
         }
         let [ju, jv, lu, lv] = [self.exact(j, u), self.exact(j, v), self.exact(l, u), self.exact(l, v)];
@@ -170,16 +188,19 @@ impl View {
 
     /// Side of the point where bisectors `j` and `k` meet within the triangle, against bisector `l`.
     pub(super) fn side_within(&self, j: &Bisector, k: &Bisector, l: &Bisector) -> Sign {
-        let det = dot(cross(j.d, k.d), l.d);
-        let sign =
-            if det.abs() > WITHIN * j.size * k.size * l.size { Sign::of(det) } else { self.exact_side_within(j, k, l) };
+        let det = dot(cross(j.form.d, k.form.d), l.form.d);
+        let sign = if det.abs() > WITHIN * j.form.size * k.form.size * l.form.size {
+            Sign::of(det)
+        } else {
+            self.exact_side_within(j, k, l)
+        };
         times(sign, self.turn(j, k))
     }
 
     /// The sign of det(d_ij, d_ik, 1): whether n = (x_j - x_i) x (x_k - x_i) points to the outer side of the triangle.
     pub(super) fn turn(&self, j: &Bisector, k: &Bisector) -> Sign {
-        let det = dot(cross(j.d, k.d), [1.0; 3]);
-        if det.abs() > 72.0 * UNIT * j.size * k.size {
+        let det = dot(cross(j.form.d, k.form.d), [1.0; 3]);
+        if det.abs() > 72.0 * UNIT * j.form.size * k.form.size {
             return Sign::of(det);
         }
         self.exact_minor(j, k).sign()
@@ -188,8 +209,8 @@ impl View {
     /// Where on the edge from corner `u` to corner `v` bisector `j` meets it: 0 at its beginning, 1 at its end. The two seeds of
     /// the bisector and the two triangles at the edge find the same, within rounding.
     pub(super) fn place_on_edge(&self, u: usize, v: usize, j: &Bisector) -> f64 {
-        let (mut from, mut fall) = (j.d[u], j.d[u] - j.d[v]);
-        if j.is_vague_on(u, v) {
+        let (mut from, mut fall) = (j.form.d[u], j.form.d[u] - j.form.d[v]);
+        if j.form.is_vague_on(u, v) {
             let exact = self.exact(j, u);
             (from, fall) = (exact.value(), exact.minus(&self.exact(j, v)).value());
         }
@@ -200,7 +221,7 @@ impl View {
     /// The point of the triangle where bisectors `j` and `k` meet, in the frame of `corners`, which are the triangle's. The three
     /// seeds find the same, within rounding.
     pub(super) fn place_within(&self, j: &Bisector, k: &Bisector, corners: [DVec3; 3]) -> DVec3 {
-        j.meeting(k).map_or_else(
+        j.form.meeting(&k.form).map_or_else(
             || {
                 let [dj, dk] = [j, k].map(|b| [0, 1, 2].map(|c| self.exact(b, c)));
                 let minor = |(a, b): (usize, usize)| dj[a].times(&dk[b]).minus(&dj[b].times(&dk[a])).value();

@@ -1,98 +1,156 @@
 //! What a seed leaves of a triangle of which it owns one or two corners, where that is seen from the edges at these: nearly
 //! always.
 //!
+//! ```text
+//!         R'                      0, cut off            One corner of the triangle, 0, stands alone. With it alone
+//!        / \                    / \                    the piece is (0, Q, R), with the other two it is
+//!   R --/---\-- Q          Q --/---\-- R               (R', Q', Q, R), of which Q is on the edge from 0 to Q'. Where
+//!      /     \                /     \                 the two are on different bisectors, these meet in between.
+//!     0-------Q'             Q'------R'
+//! ```
+//!
 //! A cell is convex. From an own corner to one that is another's the edge leaves it at the first of the bisectors that it
 //! crosses. The points where the two such edges leave it, the own corners, and where the two bisectors meet, are the corners
 //! of the piece, if no further bisector cuts off that meeting: then none cuts the piece at all.
 
-use super::bisector::{Bisector, Meeting};
+use super::bisector::{Form, Meeting};
+use super::planes::{Planes, Seen};
 use crate::geometry::predicates::Sign;
 
-/// The corners of a triangle that are left, and its edges that are cut.
+/// A triangle of which some corners are left, but not all: numbers of its corners from the one that stands alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Ends {
-    /// The first corner of the piece and the second, or the first again where only one is left.
-    pub(super) left: [usize; 2],
-    /// The next edge on the way around the piece, each from the corner that is left to the one that is not, and the last.
-    pub(super) cut: [(usize, usize); 2],
+pub(super) struct Outline {
+    /// The corner alone on its side, and those to which the edges with Q and R lead from it.
+    pub(super) corners: [usize; 3],
+    /// Whether it is the one that is left.
+    pub(super) single: bool,
 }
 
-/// What cuts such a triangle, by place in the list of bisectors.
+/// What cuts such a triangle: neighbours of the seed, by their places in the list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cuts {
     /// One bisector, at both ends.
-    Once(usize),
-    /// One at the first end, another at the second, and where they meet.
-    Twice([usize; 2], Meeting),
+    Once(usize, Form),
+    /// One at Q, another at R, and where they meet.
+    Twice([usize; 2], [Form; 2], Meeting),
+    /// One at Q, another at R, which leave part of the edge between the other two corners.
+    Apart([usize; 2], [Form; 2]),
 }
 
-impl Ends {
-    /// For a triangle with some of its corners left, but not all.
+impl Outline {
+    /// For a triangle with such corners, counter-clockwise, and those of them left.
     #[inline]
-    pub(super) fn new(left: [bool; 3]) -> Option<Ends> {
-        let single = match left.iter().filter(|&&l| l).count() {
-            1 => true,
-            2 => false,
+    pub(super) fn new(corners: [usize; 3], left: [bool; 3]) -> Option<Outline> {
+        let [a, b, c] = corners;
+        Some(match left {
+            [true, false, false] => Outline { corners: [a, b, c], single: true },
+            [false, true, false] => Outline { corners: [b, c, a], single: true },
+            [false, false, true] => Outline { corners: [c, a, b], single: true },
+            [false, true, true] => Outline { corners: [a, c, b], single: false },
+            [true, false, true] => Outline { corners: [b, a, c], single: false },
+            [true, true, false] => Outline { corners: [c, b, a], single: false },
             _ => return None,
-        };
-        // The corner that stands alone, on either side, and the two after it.
-        let alone = left.iter().position(|&l| l == single)?;
-        let (next, last) = ((alone + 1) % 3, (alone + 2) % 3);
-        Some(if single {
-            Ends { left: [alone; 2], cut: [(alone, next), (alone, last)] }
-        } else {
-            Ends { left: [next, last], cut: [(last, alone), (next, alone)] }
         })
     }
 
-    /// Which of `bisectors`, that may cut the triangle of `view`, do; `None` where that is not certain, or more than these.
+    /// What cuts the triangle; `None` where that is not certain, or more than these.
     #[inline]
-    pub(super) fn cuts(&self, bisectors: &[Bisector]) -> Option<Cuts> {
-        let [q, r] = [first(bisectors, self.cut[0])?, first(bisectors, self.cut[1])?];
+    pub(super) fn cuts(&self, planes: &Planes) -> Option<Cuts> {
+        let seen = planes.on_triangle(self.corners)?;
+        let (q, j) = self.first(&seen, 1)?;
+        let (r, k) = self.first(&seen, 2)?;
         if q == r {
-            return Some(Cuts::Once(q));
+            return Some(Cuts::Once(q, j));
         }
-        let (j, k) = (&bisectors[q], &bisectors[r]);
-        if !self.meet(j, k)? {
-            return None;
+        let others = || seen.doubtful().filter(|&l| l != q && l != r).map(|l| seen.form(l));
+        if self.meet(&j, &k)? {
+            let meeting = j.meeting(&k)?;
+            return others().all(|l| meeting.is_left_by(&l)).then_some(Cuts::Twice([q, r], [j, k], meeting));
         }
-        let meeting = j.meeting(k)?;
-        let beyond = |(n, l): (usize, &Bisector)| n == q || n == r || meeting.is_left_by(l);
-        bisectors.iter().enumerate().all(beyond).then_some(Cuts::Twice([q, r], meeting))
+        let clear = !j.is_vague_on(1, 2) && !k.is_vague_on(2, 1);
+        let left = |l: Form| {
+            j.order_on_edge(&l, 1, 2) == Some(Sign::Negative) && k.order_on_edge(&l, 2, 1) == Some(Sign::Negative)
+        };
+        (clear && others().all(left)).then_some(Cuts::Apart([q, r], [j, k]))
     }
 
-    /// Whether bisectors `j` and `k`, where the piece ends first on its two edges, meet within the triangle.
-    fn meet(&self, j: &Bisector, k: &Bisector) -> Option<bool> {
-        if self.left[0] != self.left[1] {
-            // Each leaves the triangle by the other edge, beyond the other.
+    /// The first bisector that the edge between corners 0 and `end` meets on its way from the one that is left.
+    #[inline]
+    fn first(&self, seen: &Seen, end: usize) -> Option<(usize, Form)> {
+        let (from, to) = if self.single { (0, end) } else { (end, 0) };
+        let mut first: Option<(usize, Form)> = None;
+        for l in seen.doubtful_at(to) {
+            let form = seen.form(l);
+            if form.side(to)? == Sign::Positive {
+                continue;
+            }
+            if form.is_vague_on(from, to) {
+                return None;
+            }
+            first = match first {
+                Some((_, other)) if other.order_on_edge(&form, from, to)? == Sign::Positive => first,
+                _ => Some((l, form)),
+            };
+        }
+        first
+    }
+
+    /// Whether bisectors `j` and `k`, on which Q and R are, meet within the triangle.
+    #[inline]
+    fn meet(&self, j: &Form, k: &Form) -> Option<bool> {
+        if !self.single {
+            // Each leaves the triangle by the other's edge, beyond the other.
             return Some(true);
         }
-        let (next, last) = (self.cut[0].1, self.cut[1].1);
-        Some(match (j.side(last)?, k.side(next)?) {
-            (Sign::Positive, Sign::Positive) => {
-                // Where the opposite edge meets the first, going away from the corner that it cuts off.
-                j.order_on_edge(k, next, last)? == Sign::Positive
-            }
+        Some(match (j.side(2)?, k.side(1)?) {
+            // Where the opposite edge meets the first, going away from the corner that it cuts off.
+            (Sign::Positive, Sign::Positive) => j.order_on_edge(k, 1, 2)? == Sign::Positive,
             _ => true,
         })
     }
 }
 
-/// The first of `bisectors` that the edge meets on its way `from` a corner that is left to one that is not.
-#[inline]
-fn first(bisectors: &[Bisector], (from, to): (usize, usize)) -> Option<usize> {
-    let mut first: Option<usize> = None;
-    for (n, l) in bisectors.iter().enumerate() {
-        if l.side(to)? == Sign::Positive {
-            continue;
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::geometry::frame::snap;
+    use crate::rng::Rng;
+
+    #[test]
+    fn pieces_are_those_that_points_of_the_triangle_say() {
+        let mut rng = Rng::new(5, 0);
+        let mut seen = [0; 3];
+        for _ in 0..20_000 {
+            let mut point = |size: f64| snap(DVec3::from_array([0; 3].map(|_| (rng.unit() - 0.5) * size)));
+            let corners = [0; 3].map(|_| point(0.5));
+            let (seed, others) = (point(0.4), [0; 5].map(|_| point(0.4)));
+            let nearest = |p: DVec3| {
+                let nearer = |k: &usize| p.distance_squared(others[*k]) < p.distance_squared(seed);
+                (0..others.len())
+                    .filter(nearer)
+                    .min_by(|&a, &b| p.distance_squared(others[a]).total_cmp(&p.distance_squared(others[b])))
+            };
+            let Some(outline) = Outline::new([0, 1, 2], corners.map(|p| nearest(p).is_none())) else { continue };
+            let mut planes = Planes::default();
+            planes.set(pulp::Arch::new(), seed, &[0, 1, 2, 3, 4], &others, corners.into_iter());
+            let Some(cuts) = outline.cuts(&planes) else { continue };
+            let (kind, by) = match cuts {
+                Cuts::Once(j, _) => (0, vec![j]),
+                Cuts::Twice(both, ..) => (1, both.to_vec()),
+                Cuts::Apart(both, _) => (2, both.to_vec()),
+            };
+            seen[kind] += 1;
+            // A point is left where the bisectors found say so, whatever the others say.
+            for _ in 0..20 {
+                let [a, b] = [rng.unit(), rng.unit()];
+                let [a, b] = if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
+                let p = corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b;
+                let left = by.iter().all(|&j| p.distance_squared(others[j]) > p.distance_squared(seed));
+                assert_eq!(left, nearest(p).is_none(), "{cuts:?}");
+            }
         }
-        if l.is_vague_on(from, to) {
-            return None;
-        }
-        first = match first {
-            Some(m) if bisectors[m].order_on_edge(l, from, to)? == Sign::Positive => Some(m),
-            _ => Some(n),
-        };
+        assert!(seen.iter().all(|&n| n > 100), "{seen:?}");
     }
-    first
 }

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::bisector::Bisector;
+use super::bisector::{Bisector, Form};
 
 /// Neighbours that are tested at once.
 const LANES: usize = 8;
@@ -26,20 +26,31 @@ pub(super) struct Planes {
     seed: DVec3,
     neighbors: Vec<u32>,
     blocks: Vec<Block>,
-    /// For each point and block, the values of d.
-    values: Vec<Lanes>,
+    /// How far each neighbour is from the seed.
+    distances: Vec<f64>,
+    /// For each point, the values of d for each neighbour, and as many more as fill blocks.
+    values: Vec<f64>,
     /// For each point, a bit for each neighbour that is not certain to be farther than the seed.
     doubts: Vec<u64>,
-    /// Bounds on the distance of each point from the seed.
-    distances: Vec<f64>,
+    /// How far each point is from the seed.
+    reaches: Vec<f64>,
 }
 
 /// Eight neighbours; positions that are missing are infinitely far.
 struct Block {
     at: [Lanes; 3],
-    /// From each to the seed, and how far that is.
+    /// From each to the seed.
     apart: [Lanes; 3],
-    distance: Lanes,
+}
+
+/// The bisectors of the seed on the triangle of three of the points, where few enough that their doubts share a word.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    planes: &'a Planes,
+    /// Where the values of the points begin.
+    rows: [usize; 3],
+    doubts: [u64; 3],
+    farthest: f64,
 }
 
 impl Planes {
@@ -56,6 +67,7 @@ impl Planes {
         self.neighbors.clear();
         self.neighbors.extend_from_slice(neighbors);
         self.blocks.clear();
+        self.distances.clear();
         for eight in neighbors.chunks(LANES) {
             let mut at = [[f64::INFINITY; LANES]; 3];
             for (l, &k) in eight.iter().enumerate() {
@@ -68,31 +80,52 @@ impl Planes {
                 let [x, y, z] = [apart[0][l], apart[1][l], apart[2][l]];
                 distance[l] = (x * x + y * y + z * z).sqrt();
             }
-            self.blocks.push(Block { at, apart, distance });
+            self.blocks.push(Block { at, apart });
+            self.distances.extend_from_slice(&distance);
         }
         self.values.clear();
         self.doubts.clear();
-        self.distances.clear();
+        self.reaches.clear();
         arch.dispatch(Test { planes: self, at });
     }
 
-    /// Sets `out` to the bisectors that may cut the triangle of three of the points.
+    /// What is seen on the triangle of three of the points; `None` for a seed with very many neighbours.
     #[inline]
+    pub(super) fn on_triangle(&self, corners: [usize; 3]) -> Option<Seen<'_>> {
+        let row = self.blocks.len() * LANES;
+        (row <= BITS).then(|| Seen {
+            planes: self,
+            rows: corners.map(|n| n * row),
+            doubts: corners.map(|n| self.doubts[n]),
+            farthest: self.farthest(corners),
+        })
+    }
+
+    /// Sets `out` to the bisectors that may cut the triangle of three of the points.
     pub(super) fn cutting(&self, corners: [usize; 3], out: &mut Vec<Bisector>) {
         out.clear();
-        let [a, b, c] = corners.map(|n| self.distances[n]);
-        let farthest = a.max(b).max(c);
-        let words = self.words();
+        let (words, row) = (self.words(), self.blocks.len() * LANES);
+        let farthest = self.farthest(corners);
         for word in 0..words {
             let [a, b, c] = corners.map(|n| self.doubts[n * words + word]);
-            let mut rest = a | b | c;
-            while rest != 0 {
-                let bit = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                // A byte for each lane, a bit of it for each block.
-                out.push(self.bisector(corners, word * BITS / LANES + bit % 8, bit / 8, farthest));
+            for k in places(a | b | c) {
+                let k = word * BITS + k;
+                let at = &self.blocks[k / LANES].at;
+                let d = corners.map(|n| self.values[n * row + k]);
+                out.push(Bisector {
+                    seed: self.neighbors[k],
+                    at: DVec3::new(at[0][k % LANES], at[1][k % LANES], at[2][k % LANES]),
+                    form: Form { d, size: self.size(k, farthest) },
+                });
             }
         }
+    }
+
+    /// The seed at place `k` of the list, and where it lies from this one.
+    #[inline]
+    pub(super) fn neighbor(&self, k: usize) -> (u32, DVec3) {
+        let (apart, l) = (&self.blocks[k / LANES].apart, k % LANES);
+        (self.neighbors[k], -DVec3::new(apart[0][l], apart[1][l], apart[2][l]))
     }
 
     /// Whether it is not certain that the seed is the nearest to point `n`.
@@ -105,19 +138,53 @@ impl Planes {
         (self.blocks.len() * LANES).div_ceil(BITS)
     }
 
-    /// The bisector with the neighbour in such a lane of a block on the triangle of three points, the farthest of which is no
-    /// farther from the seed than that.
     #[inline]
-    fn bisector(&self, corners: [usize; 3], number: usize, lane: usize, farthest: f64) -> Bisector {
-        let (block, blocks) = (&self.blocks[number], self.blocks.len());
-        let distance = block.distance[lane];
-        Bisector {
-            seed: self.neighbors[number * LANES + lane],
-            at: DVec3::new(block.at[0][lane], block.at[1][lane], block.at[2][lane]),
-            d: corners.map(|n| self.values[n * blocks + number][lane]),
-            // By Cauchy's inequality; the margin is for the roundings of this bound itself.
-            size: 1.000_001 * distance * (2.0 * farthest + distance),
+    fn farthest(&self, corners: [usize; 3]) -> f64 {
+        let [a, b, c] = corners.map(|n| self.reaches[n]);
+        a.max(b).max(c)
+    }
+
+    /// Bound on the terms of d for neighbour `k` at points that are no farther from the seed than `farthest`.
+    #[inline]
+    fn size(&self, k: usize, farthest: f64) -> f64 {
+        // By Cauchy's inequality; the margin is for the roundings of this bound itself.
+        let distance = self.distances[k];
+        1.000_001 * distance * (2.0 * farthest + distance)
+    }
+}
+
+/// The neighbours whose bits are set, by their place among as many as share a word.
+#[inline]
+fn places(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        if bits == 0 {
+            return None;
         }
+        let bit = bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+        // A byte for each lane, a bit of it for each block.
+        Some(bit % 8 * LANES + bit / 8)
+    })
+}
+
+impl Seen<'_> {
+    /// The neighbours that may be nearer to corner `c`, by their places in the list.
+    #[inline]
+    pub(super) fn doubtful_at(&self, c: usize) -> impl Iterator<Item = usize> {
+        places(self.doubts[c])
+    }
+
+    /// Those that may be nearer to any.
+    #[inline]
+    pub(super) fn doubtful(&self) -> impl Iterator<Item = usize> {
+        places(self.doubts[0] | self.doubts[1] | self.doubts[2])
+    }
+
+    /// The bisector with neighbour `k`.
+    #[inline]
+    pub(super) fn form(&self, k: usize) -> Form {
+        let d = [0, 1, 2].map(|c| self.planes.values[self.rows[c] + k]);
+        Form { d, size: self.planes.size(k, self.farthest) }
     }
 }
 
@@ -132,10 +199,10 @@ impl<I: Iterator<Item = DVec3>> pulp::WithSimd for Test<'_, I> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Planes { seed, blocks, values, doubts, distances, .. } = self.planes;
+        let Planes { seed, blocks, values, doubts, reaches, .. } = self.planes;
         for p in self.at {
             let from_seed = p - *seed;
-            distances.push(from_seed.length());
+            reaches.push(from_seed.length());
             for eight in blocks.chunks(BITS / LANES) {
                 let mut found = [0u64; LANES];
                 for (bit, Block { at, apart, .. }) in eight.iter().enumerate() {
@@ -148,7 +215,7 @@ impl<I: Iterator<Item = DVec3>> pulp::WithSimd for Test<'_, I> {
                         d[l] = x + y + z;
                         found[l] |= if d[l] > SURE { 0 } else { 1 << bit };
                     }
-                    values.push(d);
+                    values.extend_from_slice(&d);
                 }
                 let mut word = 0;
                 for (l, doubt) in found.iter().enumerate() {
@@ -188,9 +255,9 @@ mod tests {
                 assert_eq!(planes.is_doubtful(n), (0..count).any(|k| nearer(&corners[n], k)));
                 for bisector in &bisectors {
                     let at = points[bisector.seed as usize];
-                    for (d, c) in bisector.d.into_iter().zip(triangle) {
+                    for (d, c) in bisector.form.d.into_iter().zip(triangle) {
                         assert!((d - c.distance_squared(at) + c.distance_squared(seed)).abs() < 1e-15);
-                        assert!(d.abs() <= bisector.size);
+                        assert!(d.abs() <= bisector.form.size);
                     }
                 }
             }

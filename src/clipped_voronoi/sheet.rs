@@ -136,11 +136,17 @@ impl<'a> Sheet<'a> {
         &self.wholes[t as usize]
     }
 
+    /// The density of the surface on triangle `t`, for points relative to the same as its first corner `from`.
+    #[inline]
+    pub(super) fn density_on(&self, t: u32, from: DVec3) -> Linear {
+        self.density.on(t, self.triangles[t as usize], from)
+    }
+
     /// Triangle `t` with its corners relative to a seed.
     #[inline]
     pub(super) fn face(&self, t: u32, corners: [DVec3; 3]) -> Face {
         let ids = self.triangles[t as usize];
-        let density = self.density.on(t, ids, corners[0]);
+        let density = self.density_on(t, corners[0]);
         let solid = (!self.solid.at.is_empty()).then(|| {
             let t = self.of_surface(t);
             self.solid.on(t, self.surface.triangles()[t as usize], corners[0])

@@ -1,18 +1,14 @@
-//! Triangles that one bisector cuts, or two that meet within: most pieces of the surface, summed in vectors.
+//! Triangles of which one bisector cuts off corners, or two that meet within or leave an edge between them: most pieces of the
+//! surface, summed in vectors.
 //!
-//! ```text
-//!         C                      B, cut off            A piece is the polygon (A, B, Q, R), of which B is A where
-//!        / \                    / \                    one corner is left, or (A, B, Q, X, R) where two bisectors
-//!   R --/---\-- Q          Q --/---\-- bisector        meet at X. The cut segment from Q to R closes the facet of
-//!      /     \                /     \                 the two seeds; with X there are two, from Q to X and to R.
-//!     A-------B              A---R---C, cut off
-//! ```
+//! With the corners of `outline.rs` a piece is the polygon (0, 0, Q, R) or (R', Q', Q, R); where two bisectors meet, at X,
+//! (0, 0, Q, X, R) or (R', Q', Q, X, R). The cut segment from Q to R closes the facet of the two seeds; with X there are two,
+//! from Q to X and from X to R. Where two bisectors do not meet, the piece is what one leaves less what the other cuts off.
 
 use glam::DVec3;
 
-use super::bisector::Bisector;
+use super::bisector::Form;
 use super::cell::Cell;
-use super::outline::Ends;
 use super::sheet::Linear;
 use crate::geometry::triples::{cross, dot, minus};
 
@@ -20,10 +16,13 @@ use crate::geometry::triples::{cross, dot, minus};
 const LANES: usize = 8;
 
 /// Numbers that describe a piece with one cut.
-const ONCE: usize = 37;
+const ONCE: usize = 27;
 
-/// Numbers that describe a piece with two: those, X, and where the second seed lies.
-const TWICE: usize = ONCE + 6;
+/// Numbers that describe a piece with two: those, d of each at the other's end, and where the second seed lies.
+const TWICE: usize = ONCE + 5;
+
+/// Where in these the values of d begin.
+const D: usize = 12;
 
 /// Numbers of a [`Cell`].
 const SUMS: usize = 10;
@@ -34,7 +33,11 @@ type Block<const N: usize> = [[f64; LANES]; N];
 /// No pieces: 0 in all numbers, but no division of 0 by 0.
 const fn nothing<const N: usize>() -> Block<N> {
     let mut block = [[0.0; LANES]; N];
-    (block[31], block[33]) = ([1.0; LANES], [1.0; LANES]);
+    // d at the ends of the edges; the sum of the minors is then 1 too.
+    (block[D + 1], block[D + 3]) = ([1.0; LANES], [1.0; LANES]);
+    if N == TWICE {
+        block[ONCE] = [1.0; LANES];
+    }
     block
 }
 
@@ -78,30 +81,31 @@ impl Face {
     }
 }
 
+/// A triangle, with corners in the order of `outline.rs`, relative to the seed.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    pub(super) corners: [&'a DVec3; 3],
+    /// Whether the first corner is the one that is left.
+    pub(super) single: bool,
+    pub(super) density: Linear,
+}
+
 impl Slices {
-    /// Adds what is left of a triangle that one bisector cuts at these `ends`; its seed lies at `to`.
-    #[inline]
-    pub(super) fn add_once(&mut self, face: &Face, ends: &Ends, bisector: &Bisector, to: DVec3) {
+    /// Adds what is left of a triangle that one bisector cuts, whose seed lies at `to`, times `weight`.
+    #[inline(always)]
+    pub(super) fn add_once(&mut self, part: Part, weight: f64, Form { d, .. }: Form, to: DVec3) {
         let (block, lane) = self.once.next();
-        set_cut(block, lane, face, ends, [bisector; 2], to);
+        set_cut(block, lane, part, weight, [d[0], d[1], d[0], d[2]], to);
     }
 
-    /// Adds what is left of a triangle that two bisectors cut, the first at the first of `ends`, the second at the other, and
-    /// that meet at `meeting`; their seeds lie at `to`.
-    #[inline]
-    pub(super) fn add_twice(
-        &mut self,
-        face: &Face,
-        ends: &Ends,
-        bisectors: [&Bisector; 2],
-        meeting: DVec3,
-        to: [DVec3; 2],
-    ) {
+    /// Adds what is left of a triangle that two bisectors cut, the first at Q, the second at R, and that meet within; their seeds
+    /// lie at `to`.
+    #[inline(always)]
+    pub(super) fn add_twice(&mut self, part: Part, [j, k]: [Form; 2], to: [DVec3; 2]) {
         let (block, lane) = self.twice.next();
-        set_cut(block, lane, face, ends, bisectors, to[0]);
-        for (n, x) in meeting.to_array().into_iter().chain(to[1].to_array()).enumerate() {
-            block[ONCE + n][lane] = x;
-        }
+        set_cut(block, lane, part, 1.0, [j.d[0], j.d[1], k.d[0], k.d[2]], to[0]);
+        (block[ONCE][lane], block[ONCE + 1][lane]) = (j.d[2], k.d[1]);
+        (block[ONCE + 2][lane], block[ONCE + 3][lane], block[ONCE + 4][lane]) = (to[1].x, to[1].y, to[1].z);
     }
 
     /// Adds all pieces to `cell`, and is empty again.
@@ -111,27 +115,22 @@ impl Slices {
     }
 }
 
-/// The first numbers of a piece (A, B, Q, R): Q on the first of `ends`, where the first bisector is 0, R on the other.
+/// The first numbers of a piece.
 #[inline(always)]
-fn set_cut<const N: usize>(
-    block: &mut Block<N>,
-    lane: usize,
-    face: &Face,
-    ends: &Ends,
-    [j, k]: [&Bisector; 2],
-    to: DVec3,
-) {
-    let in_order = |(u, v): (usize, usize)| if face.ids[u] < face.ids[v] { (u, v) } else { (v, u) };
-    let (q, r, at) = (in_order(ends.cut[0]), in_order(ends.cut[1]), face.corners);
-    let Linear { base, from, gradient, range } = face.density;
-    let vectors =
-        [at[ends.left[0]], at[ends.left[1]], at[q.0], at[q.1], at[r.0], at[r.1], to, face.normal2, from, gradient];
-    for (n, v) in vectors.into_iter().enumerate() {
+fn set_cut<const N: usize>(block: &mut Block<N>, lane: usize, part: Part, weight: f64, d: [f64; 4], to: DVec3) {
+    let [a, b, c] = part.corners;
+    let Linear { base, from, gradient, range } = part.density;
+    for (n, v) in [a, b, c, &to].into_iter().enumerate() {
         (block[3 * n][lane], block[3 * n + 1][lane], block[3 * n + 2][lane]) = (v.x, v.y, v.z);
     }
-    for (n, x) in [j.d[q.0], j.d[q.1], k.d[r.0], k.d[r.1], base, range[0], range[1]].into_iter().enumerate() {
-        block[30 + n][lane] = x;
+    for (n, x) in d.into_iter().enumerate() {
+        block[D + n][lane] = x;
     }
+    (block[16][lane], block[17][lane]) = (f64::from(part.single), weight);
+    for (n, v) in [from, gradient].into_iter().enumerate() {
+        (block[18 + 3 * n][lane], block[19 + 3 * n][lane], block[20 + 3 * n][lane]) = (v.x, v.y, v.z);
+    }
+    (block[24][lane], block[25][lane], block[26][lane]) = (base, range[0], range[1]);
 }
 
 impl<const N: usize> Pieces<N> {
@@ -195,31 +194,39 @@ impl<const N: usize> pulp::WithSimd for AddAll<'_, N> {
 #[inline(always)]
 fn moments<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
     let vector = |n: usize| [number(3 * n), number(3 * n + 1), number(3 * n + 2)];
-    let (a, b) = (vector(0), vector(1));
-    let between = |u: [f64; 3], v: [f64; 3], from: f64, to: f64| {
+    let (alone, to_q, to_r, to) = (vector(0), vector(1), vector(2), vector(3));
+    let between = |end: [f64; 3], from: f64, to: f64| {
         let t = from / (from - to);
-        [u[0] + (v[0] - u[0]) * t, u[1] + (v[1] - u[1]) * t, u[2] + (v[2] - u[2]) * t]
+        [0, 1, 2].map(|n| alone[n] + (end[n] - alone[n]) * t)
     };
-    let q = between(vector(2), vector(3), number(30), number(31));
-    let r = between(vector(4), vector(5), number(32), number(33));
-    let (to, normal2, from, gradient) = (vector(6), vector(7), vector(8), vector(9));
+    let q = between(to_q, number(D), number(D + 1));
+    let r = between(to_r, number(D + 2), number(D + 3));
+    let single = number(16) > 0.5;
+    let either = |one: f64, two: f64| if single { one } else { two };
+    let [a, b] = [to_r, to_q].map(|end| [0, 1, 2].map(|n| either(alone[n], end[n])));
+    let normal2 = cross(minus(to_q, alone), minus(to_r, alone));
     let length = dot(normal2, normal2).sqrt();
     let shrink = if length > 0.0 { 1.0 / length } else { 0.0 };
+    let shrink = either(shrink, -shrink);
     let normal = normal2.map(|x| x * shrink);
+    let (from, gradient) = (vector(6), vector(7));
     let density = |p: [f64; 3]| {
-        let value = number(34) + dot(gradient, minus(p, from));
-        let value = if value > number(35) { value } else { number(35) };
-        if value < number(36) { value } else { number(36) }
+        let value = number(24) + dot(gradient, minus(p, from));
+        let value = if value > number(25) { value } else { number(25) };
+        if value < number(26) { value } else { number(26) }
     };
     // The piece, as two triangles or three, and the cut segments.
     let (at_a, at_q) = (density(a), density(q));
     let first = triangle([a, b, q], normal, [at_a, density(b), at_q]);
     let (rest, cut) = if N == TWICE {
-        let x = [number(ONCE), number(ONCE + 1), number(ONCE + 2)];
+        let minors = cross([number(D), number(D + 1), number(ONCE)], [number(D + 2), number(ONCE + 1), number(D + 3)]);
+        let whole = minors[0] + minors[1] + minors[2];
+        let (b, c) = (minors[1] / whole, minors[2] / whole);
+        let x = [0, 1, 2].map(|n| alone[n] + (to_q[n] - alone[n]) * b + (to_r[n] - alone[n]) * c);
         let at_x = density(x);
         let second = triangle([a, q, x], normal, [at_a, at_q, at_x]);
         let third = triangle([a, x, r], normal, [at_a, at_x, density(r)]);
-        let cuts = (segment(to, q, x), segment([number(ONCE + 3), number(ONCE + 4), number(ONCE + 5)], x, r));
+        let cuts = (segment(to, q, x), segment([number(ONCE + 2), number(ONCE + 3), number(ONCE + 4)], x, r));
         (sum(second, third), sum(cuts.0, cuts.1))
     } else {
         (triangle([a, q, r], normal, [at_a, at_q, density(r)]), segment(to, q, r))
@@ -227,7 +234,7 @@ fn moments<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
     let [area, x, y, z, square, mx, my, mz, mass] = sum(first, rest);
     let height = dot(normal, a);
     let (third, flat) = (height / 6.0, height / 24.0);
-    [
+    let sums = [
         area * third + cut[0],
         x * flat + cut[1],
         y * flat + cut[2],
@@ -238,7 +245,8 @@ fn moments<const N: usize>(number: impl Fn(usize) -> f64) -> [f64; SUMS] {
         my / 24.0,
         mz / 24.0,
         mass / 6.0,
-    ]
+    ];
+    sums.map(|x| x * number(17))
 }
 
 #[inline(always)]

@@ -14,12 +14,12 @@ use rayon::prelude::*;
 
 use super::bisector::View;
 use super::cell::Cell;
-use super::outline::{Cuts, Ends};
+use super::outline::{Cuts, Outline};
 use super::owners::Owners;
 use super::planes::Planes;
 use super::polygon::{Line, Polygon};
 use super::sheet::Sheet;
-use super::slices::{Face, Slices};
+use super::slices::{Part, Slices};
 use super::weighted::Weights;
 use super::{Crossing, SEEDS};
 use crate::delaunay::Adjacency;
@@ -64,6 +64,7 @@ struct Vertices {
     ids: Vec<u32>,
     at: Vec<DVec3>,
     from_seed: Vec<DVec3>,
+    owners: Vec<u32>,
     /// For each vertex of the sheet, where it is in these, if it is.
     place: Vec<u32>,
 }
@@ -73,19 +74,21 @@ impl Vertices {
         self.ids.clear();
         self.at.clear();
         self.from_seed.clear();
+        self.owners.clear();
     }
 
     /// The place of a vertex, which is added where it is not there.
     #[inline]
-    fn add(&mut self, v: u32, sheet: &Sheet, seed: DVec3) -> u32 {
+    fn add(&mut self, v: u32, scene: &Scene, seed: DVec3) -> u32 {
         let place = self.place[v as usize];
         if self.ids.get(place as usize) == Some(&v) {
             return place;
         }
         let place = self.ids.len() as u32;
         self.place[v as usize] = place;
-        let at = sheet.points[v as usize];
+        let at = scene.sheet.points[v as usize];
         self.ids.push(v);
+        self.owners.push(scene.owners.of()[v as usize]);
         self.at.push(at);
         self.from_seed.push(at - seed);
         place
@@ -255,9 +258,9 @@ impl<'a> Cutter<'a> {
 
     /// One more triangle to be cut.
     fn add_triangle(&mut self, t: u32, seed: DVec3) {
-        let sheet = self.scene.sheet;
-        let place = |v: u32| self.vertices.add(v, sheet, seed);
-        self.triangles.push((t, sheet.triangles[t as usize].map(place)));
+        let [a, b, c] = self.scene.sheet.triangles[t as usize];
+        let place = [a, b, c].map(|v| self.vertices.add(v, &self.scene, seed));
+        self.triangles.push((t, place));
     }
 
     /// Finds the bisectors of seed `i` that may cut its triangles.
@@ -284,16 +287,19 @@ impl<'a> Cutter<'a> {
     /// Cuts the `n`th triangle by the cell of seed `i` and adds the piece, its cut segments and its crossings; notes the
     /// seeds across its edges. Whether there is a piece.
     fn cut(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
+        self.add_outlined(i, n) || self.clip(i, n, cell)
+    }
+
+    /// The same for any piece.
+    #[inline(never)]
+    fn clip(&mut self, i: u32, n: usize, cell: &mut Cell) -> bool {
         let Scene { points, sheet, .. } = self.scene;
         let (t, places) = self.triangles[n];
         let places = places.map(|k| k as usize);
         let view = View { corners: places.map(|k| self.vertices.at[k]), seed: points[i as usize] };
         let face = sheet.face(t, places.map(|k| self.vertices.from_seed[k]));
-        let owners = face.ids.map(|v| self.scene.owners.of()[v as usize]);
+        let owners = places.map(|k| self.vertices.owners[k]);
         self.planes.cutting(places, &mut self.polygon.bisectors);
-        if self.scene.weights.is_none() && self.add_outlined(i, t, &view, &face, owners) {
-            return true;
-        }
         self.polygon.clip(&view);
         if self.polygon.lines.is_empty() {
             return false;
@@ -323,7 +329,16 @@ impl<'a> Cutter<'a> {
                 self.beyond.push((j, t));
             }
             if let Line::Bisector(before) = self.polygon.lines[if m > 0 { m - 1 } else { n - 1 }] {
-                self.add_crossing(t, i, &view, [before as usize, here as usize], corners[m]);
+                let [j, k] = [before, here].map(|b| &self.polygon.bisectors[b as usize]);
+                let turned = (j.seed < k.seed) == (view.turn(j, k) == Sign::Positive);
+                add_crossing(
+                    &mut self.crossings,
+                    sheet.of_surface(t),
+                    i,
+                    [j.seed, k.seed],
+                    turned,
+                    view.seed + corners[m],
+                );
             }
         }
         self.corners = corners;
@@ -331,40 +346,60 @@ impl<'a> Cutter<'a> {
     }
 
     /// Adds the piece of a triangle where all is seen from the corners that the seed owns; whether it is.
-    fn add_outlined(&mut self, i: u32, t: u32, view: &View, face: &Face, owners: [u32; 3]) -> bool {
-        let Some(ends) = Ends::new(owners.map(|o| o == i)) else { return false };
-        let bisectors = &self.polygon.bisectors;
-        let cuts = match ends.cuts(bisectors) {
-            None => return false,
-            Some(Cuts::Once(j)) => {
-                let j = &bisectors[j];
-                self.slices.add_once(face, &ends, j, j.at - view.seed);
-                [j.seed; 2]
+    fn add_outlined(&mut self, i: u32, n: usize) -> bool {
+        let (t, places) = self.triangles[n];
+        let places = places.map(|k| k as usize);
+        let owners = places.map(|k| self.vertices.owners[k]);
+        let Some(outline) = Outline::new(places, owners.map(|o| o == i)) else { return false };
+        if self.scene.weights.is_some() {
+            return false;
+        }
+        let Some(cuts) = outline.cuts(&self.planes) else { return false };
+        let sheet = self.scene.sheet;
+        let from_seed = &self.vertices.from_seed;
+        let density = sheet.density_on(t, from_seed[places[0]]);
+        let part = |[a, b, c]: [usize; 3], single| Part {
+            corners: [&from_seed[a], &from_seed[b], &from_seed[c]],
+            single,
+            density,
+        };
+        let [alone, to_q, to_r] = outline.corners;
+        let whole = part(outline.corners, outline.single);
+        let seeds = match cuts {
+            Cuts::Once(j, form) => {
+                let (seed, to) = self.planes.neighbor(j);
+                self.slices.add_once(whole, 1.0, form, to);
+                [seed; 2]
             }
-            Some(Cuts::Twice(both, meeting)) => {
-                let [j, k] = both.map(|n| &bisectors[n]);
-                let at = meeting.within(face.corners);
-                self.slices.add_twice(face, &ends, [j, k], at, [j.at - view.seed, k.at - view.seed]);
-                let seeds = [j.seed, k.seed];
-                self.add_crossing(t, i, view, both, at);
-                seeds
+            Cuts::Twice(both, forms, meeting) => {
+                let [(j, to_j), (k, to_k)] = both.map(|n| self.planes.neighbor(n));
+                self.slices.add_twice(whole, forms, [to_j, to_k]);
+                if i < j && i < k {
+                    // The corners run the other way around where two are left.
+                    let turned = (j < k) == (meeting.turns() == outline.single);
+                    let at = meeting.within(outline.corners.map(|c| from_seed[c]));
+                    let at = self.scene.points[i as usize] + at;
+                    add_crossing(&mut self.crossings, sheet.of_surface(t), i, [j, k], turned, at);
+                }
+                [j, k]
+            }
+            Cuts::Apart(both, [at_q, at_r]) => {
+                let [(j, to_j), (k, to_k)] = both.map(|n| self.planes.neighbor(n));
+                // What the first leaves of the triangle, less what the second cuts off.
+                self.slices.add_once(part([to_q, alone, to_r], false), 1.0, at_q.reordered([1, 0, 2]), to_j);
+                self.slices.add_once(part([to_r, alone, to_q], true), -1.0, at_r.reordered([2, 0, 1]), to_k);
+                [j, k]
             }
         };
-        self.beyond.extend(cuts.into_iter().filter(|j| !owners.contains(j)).map(|j| (j, t)));
+        self.beyond.extend(seeds.into_iter().filter(|j| !owners.contains(j)).map(|j| (j, t)));
         true
     }
+}
 
-    /// Records the crossing where two bisectors meet on triangle `t`; its three cells all see it, the least records it.
-    fn add_crossing(&mut self, t: u32, i: u32, view: &View, bisectors: [usize; 2], at: DVec3) {
-        let [j, k] = bisectors.map(|b| &self.polygon.bisectors[b]);
-        let (lower, upper) = if j.seed < k.seed { (j, k) } else { (k, j) };
-        if i < lower.seed {
-            self.crossings.push(Crossing {
-                facet: [i, lower.seed, upper.seed],
-                point: view.seed + at,
-                triangle: self.scene.sheet.of_surface(t),
-                leaves: view.turn(lower, upper) == Sign::Positive,
-            });
-        }
+/// Records the crossing where the bisectors of seed `i` and two others, in any order, meet on a triangle, if `i` is the least of
+/// the three, which all see it. `turned`: whether (x_j - x_i) x (x_k - x_i), with j < k, points to the outer side.
+fn add_crossing(crossings: &mut Vec<Crossing>, triangle: u32, i: u32, [j, k]: [u32; 2], turned: bool, point: DVec3) {
+    if i < j && i < k {
+        crossings.push(Crossing { facet: [i, j.min(k), j.max(k)], point, triangle, leaves: turned });
     }
 }
