@@ -27,6 +27,9 @@ const BLOCK: usize = 8192;
 /// Edges that are added at once.
 const LANES: usize = 8;
 
+/// Blocks of as many that are gathered in a row.
+const BLOCKS: usize = 4;
+
 /// What the edges are made of.
 #[derive(Clone, Copy)]
 pub(super) struct Edges<'a> {
@@ -126,7 +129,7 @@ impl Edges<'_> {
             .into_par_iter()
             .map_init(new_lists, |lists, block| {
                 self.list(block * BLOCK..((block + 1) * BLOCK).min(self.winding.len()), lists)?;
-                self.arch.dispatch(AddPlain { edges: self, measure, list: &lists.plain, sums: &mut lists.sums });
+                self.add_plain(measure, &lists.plain, &mut lists.sums);
                 for &f in &lists.crossed {
                     self.add_crossed(measure, f, &mut lists.sums)?;
                 }
@@ -167,6 +170,17 @@ impl Edges<'_> {
         }
         lists.plain.truncate(count);
         if wrong { Err(NotClosed) } else { Ok(()) }
+    }
+
+    /// Adds the edges of facets that the surface does not cross.
+    fn add_plain<const N: usize, M: Measure<N>>(&self, measure: &M, list: &[u32], sums: &mut Sums<N>) {
+        // Vectors are read long after their numbers were written one by one: else each would wait for all of these.
+        let mut plain: [Plain<N>; BLOCKS] = std::array::from_fn(|_| Plain::default());
+        for ids in list.chunks(BLOCKS * LANES) {
+            ids.iter().enumerate().for_each(|(n, &id)| plain[n / LANES].set(n % LANES, id, self, measure));
+            self.arch.dispatch(Find::<N, M> { plain: &mut plain, measure: std::marker::PhantomData });
+            (0..ids.len()).for_each(|n| plain[n / LANES].add(n % LANES, sums));
+        }
     }
 
     /// Vertices of the facet `id`, and the tets at the beginning and at the end of its dual edge.
@@ -212,39 +226,68 @@ impl Edges<'_> {
     }
 }
 
-/// Adds edges wholly inside. Compiled for each width of vectors; the operations, and so the sums, are the same in each.
-struct AddPlain<'a, const N: usize, M> {
-    edges: Edges<'a>,
-    measure: &'a M,
-    list: &'a [u32],
-    sums: &'a mut Sums<N>,
+/// Edges wholly inside, as many as are added at once, number by number.
+struct Plain<const N: usize> {
+    facets: [[u32; 3]; LANES],
+    /// The facet's three vertices and the two ends.
+    at: [[[f64; LANES]; 3]; 5],
+    /// What is known of the density there.
+    known: [[f64; LANES]; 5],
+    weights: [f64; LANES],
+    /// What they add to the cells of the three.
+    parts: [[[f64; LANES]; N]; 3],
 }
 
-impl<const N: usize, M: Measure<N>> pulp::WithSimd for AddPlain<'_, N, M> {
+impl<const N: usize> Default for Plain<N> {
+    fn default() -> Plain<N> {
+        Plain {
+            facets: [[0; 3]; LANES],
+            at: [[[0.0; LANES]; 3]; 5],
+            known: [[0.0; LANES]; 5],
+            weights: [0.0; LANES],
+            parts: [[[0.0; LANES]; N]; 3],
+        }
+    }
+}
+
+impl<const N: usize> Plain<N> {
+    /// Puts edge `id` into lane `l`.
+    #[inline]
+    fn set<M: Measure<N>>(&mut self, l: usize, id: u32, edges: &Edges, measure: &M) {
+        let (points, centers) = (edges.delaunay.points(), edges.centers);
+        let (facet, from, to) = edges.facet(id);
+        let [p, q, r] = facet.map(|i| points[i as usize]);
+        for (k, x) in [p, q, r, centers[from], centers[to]].into_iter().enumerate() {
+            (self.at[k][0][l], self.at[k][1][l], self.at[k][2][l]) = (x.x, x.y, x.z);
+        }
+        self.weights[l] = f64::from(edges.winding[to]);
+        let [p, q, r] = measure.at_seeds(facet);
+        let all = [p, q, r, measure.at_center(from), measure.at_center(to)];
+        all.into_iter().enumerate().for_each(|(k, x)| self.known[k][l] = x);
+        self.facets[l] = facet;
+    }
+
+    /// Adds what was found for lane `l` to the sums.
+    #[inline]
+    fn add(&self, l: usize, sums: &mut Sums<N>) {
+        for (part, &i) in self.parts.iter().zip(&self.facets[l]) {
+            sums.add(i, std::array::from_fn(|m| part[m][l]));
+        }
+    }
+}
+
+/// Finds the parts of many. Compiled for each width of vectors; the operations, and so the sums, are the same in each.
+struct Find<'a, const N: usize, M> {
+    plain: &'a mut [Plain<N>],
+    measure: std::marker::PhantomData<M>,
+}
+
+impl<const N: usize, M: Measure<N>> pulp::WithSimd for Find<'_, N, M> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let AddPlain { edges, measure, list, sums } = self;
-        let (points, centers) = (edges.delaunay.points(), edges.centers);
-        let mut facets = [[0; 3]; LANES];
-        let mut at = [[[0.0; LANES]; 3]; 5];
-        let mut weights = [0.0; LANES];
-        let mut known = [[0.0; LANES]; 5];
-        let mut parts = [[[0.0; LANES]; N]; 3];
-        for ids in list.chunks(LANES) {
-            for (l, &id) in ids.iter().enumerate() {
-                let (facet, from, to) = edges.facet(id);
-                let [p, q, r] = facet.map(|i| points[i as usize]);
-                for (k, x) in [p, q, r, centers[from], centers[to]].into_iter().enumerate() {
-                    (at[k][0][l], at[k][1][l], at[k][2][l]) = (x.x, x.y, x.z);
-                }
-                weights[l] = f64::from(edges.winding[to]);
-                let [p, q, r] = measure.at_seeds(facet);
-                let all = [p, q, r, measure.at_center(from), measure.at_center(to)];
-                all.into_iter().enumerate().for_each(|(k, x)| known[k][l] = x);
-                facets[l] = facet;
-            }
+        for Plain { at, known, weights, parts, .. } in self.plain {
             for l in 0..LANES {
                 let [p, q, r, a, b] = [0, 1, 2, 3, 4].map(|k| [at[k][0][l], at[k][1][l], at[k][2][l]]);
                 let [at_p, at_q, at_r, at_a, at_b] = [0, 1, 2, 3, 4].map(|k| known[k][l]);
@@ -253,11 +296,6 @@ impl<const N: usize, M: Measure<N>> pulp::WithSimd for AddPlain<'_, N, M> {
                     for m in 0..N {
                         parts[k][m][l] = found[k][m];
                     }
-                }
-            }
-            for (l, facet) in facets.iter().enumerate().take(ids.len()) {
-                for (part, &i) in parts.iter().zip(facet) {
-                    sums.add(i, part.map(|lanes| lanes[l]));
                 }
             }
         }
