@@ -27,7 +27,12 @@ fn main() {
         }
     }
     let file = surface.unwrap_or_else(|| "models/torus.obj".to_string());
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().expect("the first pool");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    // As the program does: work that starts outside a pool is handed over to it each time.
+    pool.install(|| measure(&file, count, iterations, last, threads));
+}
+
+fn measure(file: &str, count: usize, iterations: usize, last: usize, threads: usize) {
     let surface = io::read_surface(file.as_ref()).expect("a surface");
     let params = Params { target: Target::Count(count), tolerance: 0.0, threads, ..Params::default() };
     let features = Features::find(&surface, params.feature_angle);
