@@ -154,21 +154,22 @@ fn boundary_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], change
         return false;
     }
     change.old_facets.extend(complex.facets_of(a));
+    // Those that vanish come last: of two vertices that all but coincide they face any way.
+    change.old_facets.sort_by_key(|&f| complex.facets[f as usize].vertices.contains(&b));
+    let left = change.old_facets.iter().take_while(|&&f| !complex.facets[f as usize].vertices.contains(&b)).count();
     let on_crease = complex.freedom[a as usize].is_bound();
     let face = complex.facets[change.old_facets[0] as usize].face;
-    for k in 0..change.old_facets.len() {
-        let Facet { vertices, face: own, .. } = complex.facets[change.old_facets[k] as usize];
-        if own != face && !on_crease {
-            return false;
-        }
-        if !vertices.contains(&b) {
-            let moved = vertices.map(|v| if v == a { b } else { v });
-            // Facets on both sides of a crease face different ways.
-            let before = if on_crease { &change.old_facets[k..=k] } else { &change.old_facets[..] };
-            match ground.facet(complex, moved, own, before) {
-                Some(facet) => change.new_facets.push(facet),
-                None => return false,
-            }
+    if !on_crease && change.old_facets.iter().any(|&f| complex.facets[f as usize].face != face) {
+        return false;
+    }
+    for k in 0..left {
+        let Facet { vertices, face, .. } = complex.facets[change.old_facets[k] as usize];
+        let moved = vertices.map(|v| if v == a { b } else { v });
+        // Facets on both sides of a crease face different ways.
+        let before = if on_crease { &change.old_facets[k..=k] } else { &change.old_facets[..left] };
+        match ground.facet(complex, moved, face, before) {
+            Some(facet) => change.new_facets.push(facet),
+            None => return false,
         }
     }
     true
