@@ -191,3 +191,35 @@ fn a_crease_that_is_split_stays_a_crease() {
     assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
     assert!((0..complex.tets.len() as u32).all(|t| !complex.is_alive(t) || complex.quality[t as usize] > 0.0));
 }
+
+/// Two vertices of the boundary that all but coincide become one, whichever way the needles between them face.
+#[test]
+fn vertices_of_the_boundary_that_all_but_coincide_are_contracted() {
+    let surface = cube();
+    let features = Features::find(&surface, 40.0);
+    let twin = edges::twins(surface.triangles());
+    let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
+    let (mut complex, mut change) = (grid(&surface, &features, 4), Change::default());
+    let (whole, count) = (volume(&complex), complex.vertex_count());
+    let on_surface = |complex: &Complex, v: u32| matches!(complex.freedom[v as usize], Freedom::Surface(_));
+    let all = (0..complex.tets.len()).flat_map(|t| complex.tets[t].map(|a| complex.tets[t].map(|b| [a, b])));
+    let inner = |&[a, b]: &[u32; 2]| {
+        a != b && on_surface(&complex, a) && on_surface(&complex, b) && complex.edge_facets([a, b]).len() == 2
+    };
+    let [a, b] = all.flatten().find(inner).expect("an edge amid a face");
+    let m = split(&mut complex, &ground, [a, b], &mut change).expect("nothing is in the way");
+    // Outward, and hardly along the face: 80 degrees.
+    let [p, q] = complex.corners([a, b]);
+    let out = surface.normal2(surface.tree().closest(p).triangle).normalize();
+    let to = p + ((q - p) * 0.17 + out * q.distance(p)) * 1e-3;
+    let freedom = complex.freedom[m as usize];
+    complex.points[m as usize] = to;
+    let qualities: Vec<f64> =
+        complex.star(m).iter().map(|&t| measure::quality(complex.corners(complex.tets[t as usize]))).collect();
+    assert!(qualities.iter().all(|&q| q > 0.0) && qualities.iter().any(|&q| q < 0.01), "{qualities:?}");
+    complex.move_judged(m, to, freedom, &qualities);
+    complex.commit();
+    assert!(contract(&mut complex, &ground, [m, a], 0.0, &mut change), "a vertex beside another stays");
+    assert_eq!(complex.vertex_count(), count);
+    assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+}
