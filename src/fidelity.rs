@@ -23,7 +23,7 @@ const GAIN: f64 = 0.6;
 /// The spacing asked for around a new seed, over the facet's.
 const FINER: f64 = 0.7;
 /// At most this share of the seeds moves in one round: a coarse mesh is coarse everywhere.
-const MOST: f64 = 0.027;
+const MOST: f64 = 0.0285;
 /// Where more than so many times that would have to move yet, after a first round, the tolerance is out of reach: only this
 /// share of it does, and tets stay better.
 const OUT_OF_REACH: usize = 5;
