@@ -11,11 +11,11 @@
 //!    bound.
 //! 3. Step 1 again, the boundary being held less tightly: the better average leaves fewer tets stuck.
 //! 4. The boundary is brought closer to the surface where it strays most (`places.rs`, `follow.rs`).
-//! 5. Creases that are noise let their vertices go where these keep a tet low (`bind.rs`). For the tets that are stuck
-//!    (`endgame.rs`): flips, contractions and splits of edges, of creases too, each with its surroundings improved anew, kept if
-//!    the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
+//! 5. Creases that are noise let their vertices go where these keep a tet low (`bind.rs`). For the tets that are stuck below
+//!    the floor that was asked for (`endgame.rs`; steps 1 to 4 aim a little higher): flips, contractions and splits of edges,
+//!    of creases too, each with its surroundings improved anew, kept if the sum of cubed deficits falls; then the count of vertices is made right elsewhere.
 //! 6. A last polish, and step 4 again, where no tet loses by it; the places that stray most by far once more, with what step 5
-//!    does for the tets there to be above the floor that was asked for.
+//!    does for the tets there.
 //! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
@@ -193,7 +193,8 @@ fn passes(
     draw_closer(complex, ground, work, (count, follow::LACK));
     bind::release(complex, ground);
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
-    // 5.
+    // 5. What is aimed at beyond the floor that was asked for is not worth an endgame.
+    complex.set_floor(asked);
     let share = |share: f64| work.treated() + ((complex.tets.len() as f64 * share) as usize).max(ENDGAME_LEAST);
     let budgets = GAMES.map(|g| Budget { urgent: share(URGENT_SHARE * g.share), usual: share(g.share) });
     let mut bound = STRAYS;
@@ -223,8 +224,6 @@ fn passes(
     // 6.
     polish::run(complex, ground, 0);
     draw_closer(complex, ground, work, (count, 0.0));
-    // More was aimed at than asked for; what was asked for will do where the surface is better followed.
-    complex.set_floor(asked);
     let loose = &ground.loosened(&complex.facets, bound);
     closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, work, (loose, &GAMES[1])));
     goes_on(complex);
