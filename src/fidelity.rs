@@ -11,7 +11,7 @@ use crate::extract::boundary::Boundary;
 use crate::extract::{Proposal, Sampling};
 use crate::geometry::places::Places;
 use crate::geometry::tetrahedron::FACETS;
-use crate::geometry::triangle::{centroid, normal2};
+use crate::geometry::triangle::{centroid, closest_point, normal2};
 use crate::seeds::Anchor;
 use crate::surface::box_tree::BoxTree;
 
@@ -65,8 +65,17 @@ fn far_spots(sampling: &Sampling, inside: &[bool]) -> Vec<Proposal> {
     let boundary = BoxTree::build(sampling.complex.points, &facets);
     let mut far: Vec<(f64, u32)> = (surface.points().par_iter().enumerate())
         .filter_map(|(v, &p)| {
-            let share = boundary.closest(p).distance2.sqrt() / sampling.spacing.at(p);
-            (share > FAR).then_some((share, v as u32))
+            let spacing = sampling.spacing.at(p);
+            // Nearly all are close to the first facet that is met.
+            let (reach, square) = (DVec3::splat(FAR * spacing), (FAR * spacing).powi(2));
+            let is_close = |f: u32| {
+                let corners = facets[f as usize].map(|v| sampling.complex.points[v as usize]);
+                closest_point(corners, p).distance_squared(p) <= square
+            };
+            if boundary.any_near_box(p - reach, p + reach, is_close) {
+                return None;
+            }
+            Some((boundary.closest(p).distance2.sqrt() / spacing, v as u32))
         })
         .collect();
     far.sort_by(|a, b| b.0.total_cmp(&a.0));

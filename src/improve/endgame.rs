@@ -189,27 +189,84 @@ pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut W
 
 /// The first of the edges from a vertex inside: the shortest first, or the longest.
 fn inner_edges(complex: &Complex, shortest: bool, count: usize) -> Vec<[u32; 2]> {
-    let mut edges: Vec<(f64, [u32; 2])> = Vec::new();
+    // Each is there once for every tet around it.
+    let mut first = First::new(TETS_AROUND * count);
+    let sign = if shortest { 1.0 } else { -1.0 };
     for tet in complex.tets.iter().filter(|t| t[0] != super::complex::NONE) {
+        let bound = tet.map(|v| complex.on_boundary(v));
+        let points = tet.map(|v| complex.points[v as usize]);
         for [i, j] in EDGES {
-            let (a, b) = (tet[i], tet[j]);
-            for [a, b] in [[a, b], [b, a]] {
-                if !complex.on_boundary(a) && (complex.on_boundary(b) || a < b) {
-                    edges.push((complex.points[a as usize].distance_squared(complex.points[b as usize]), [a, b]));
+            let length2 = sign * points[i].distance_squared(points[j]);
+            for [i, j] in [[i, j], [j, i]] {
+                if !bound[i] && (bound[j] || tet[i] < tet[j]) {
+                    first.add((length2, [tet[i], tet[j]]));
                 }
             }
         }
     }
-    let sign = if shortest { 1.0 } else { -1.0 };
-    let order = |x: &(f64, [u32; 2]), y: &(f64, [u32; 2])| (sign * x.0).total_cmp(&(sign * y.0)).then(x.1.cmp(&y.1));
-    // Each is there once for every tet around it.
-    let listed = TETS_AROUND * count;
-    if listed < edges.len() {
-        edges.select_nth_unstable_by(listed, order);
-        edges.truncate(listed);
-    }
-    edges.sort_unstable_by(order);
+    let mut edges = first.sorted();
     edges.dedup();
     edges.truncate(count);
     edges.into_iter().map(|e| e.1).collect()
+}
+
+/// Edges, each with a number that they are ordered by.
+type Ordered = (f64, [u32; 2]);
+
+/// The first so many of a stream of them.
+struct First {
+    kept: Vec<Ordered>,
+    count: usize,
+    /// What comes after this is not among the first.
+    bound: f64,
+}
+
+impl First {
+    fn new(count: usize) -> First {
+        First { kept: Vec::new(), count: count.max(1), bound: f64::INFINITY }
+    }
+
+    fn order(x: &Ordered, y: &Ordered) -> std::cmp::Ordering {
+        x.0.total_cmp(&y.0).then(x.1.cmp(&y.1))
+    }
+
+    #[inline]
+    fn add(&mut self, item: Ordered) {
+        if item.0 > self.bound {
+            return;
+        }
+        self.kept.push(item);
+        if self.kept.len() == 2 * self.count {
+            let (_, last, _) = self.kept.select_nth_unstable_by(self.count - 1, First::order);
+            self.bound = last.0;
+            self.kept.truncate(self.count);
+        }
+    }
+
+    fn sorted(mut self) -> Vec<Ordered> {
+        self.kept.sort_unstable_by(First::order);
+        self.kept.truncate(self.count);
+        self.kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn the_first_of_a_stream_are_those_of_its_sorted_list() {
+        let mut rng = Rng::new(2, 0);
+        for (count, total) in [(1, 1), (3, 2), (5, 1000), (40, 79), (40, 80), (40, 81), (7, 0)] {
+            let mut below = |n: f64| (rng.unit() * n).floor();
+            let all: Vec<Ordered> = (0..total).map(|_| (below(20.0), [below(9.0) as u32, below(9.0) as u32])).collect();
+            let mut first = First::new(count);
+            all.iter().for_each(|&item| first.add(item));
+            let mut expected = all;
+            expected.sort_by(First::order);
+            expected.truncate(count);
+            assert_eq!(first.sorted(), expected);
+        }
+    }
 }
