@@ -102,7 +102,8 @@ fn mesh(
     let tolerance = if follows { SETTLED * params.tolerance } else { params.tolerance };
     let mut stopped = relaxation.run_within(at_first, tolerance, observer)?;
     // What need not be done at first need not be done later.
-    let iterations = params.iterations - if follows { at_first - relaxation.iterations() } else { 0 };
+    let saved = if follows { at_first - relaxation.iterations() } else { 0 };
+    let iterations = params.iterations - saved;
     if follows && !stopped.is_interruption() && params.iterations > 0 {
         stopped = refine::follow_surface(&mut relaxation, surface, iterations, params, observer)?;
     }
@@ -149,7 +150,7 @@ fn mesh(
     mesh.turn_interfaces(|region| surface.depth_of_shell(region));
 
     mesh.size_ratio = SizeRatio::of(&mesh, relaxation.seeds(), surface);
-    mesh.stopped = describe(stopped, params, relaxation.iterations());
+    mesh.stopped = describe(stopped, params, (relaxation.iterations(), saved));
     (mesh.steps, mesh.times) = relaxation.into_record();
     mesh.times.seeds = seeds_s;
     mesh.times.extract = extract_s - (mesh.times.update + mesh.times.centroids - moved_s);
@@ -157,9 +158,10 @@ fn mesh(
     Ok(mesh)
 }
 
-fn describe(stopped: Stopped, params: &Params, made: usize) -> String {
+fn describe(stopped: Stopped, params: &Params, (made, saved): (usize, usize)) -> String {
     match stopped {
-        Stopped::Iterations if made < params.iterations => "the seeds settled early".to_string(),
+        Stopped::Iterations if made < params.iterations && saved > 0 => "the seeds settled early".to_string(),
+        Stopped::Iterations if made < params.iterations => "one step more against slivers left no fewer".to_string(),
         Stopped::Iterations if made > params.iterations => "as many as a valid mesh needed".to_string(),
         Stopped::Iterations => "as many as were asked for".to_string(),
         Stopped::Tolerance => format!("the energy changed by less than {:e} of itself", params.tolerance),

@@ -214,7 +214,13 @@ fn seeds_that_settle_before_the_surface_is_followed_save_iterations() {
     let surface = shape(Shape::icosphere(4, 1.0));
     let made = |tolerance: f64| run(&surface, &Params { tolerance, improve: false, ..params(3000, 25) }).0;
     let (early, all) = (made(1e-3), made(0.0));
-    assert!(early.steps.len() < all.steps.len(), "{} and {}", early.steps.len(), all.steps.len());
-    assert!(all.steps.len() >= 25);
-    assert!(all.stopped.starts_with("as many as"), "{}", all.stopped);
+    let made = [early.steps.len(), all.steps.len()];
+    // The last few, against slivers, end where one leaves no fewer.
+    assert!(made[0] < made[1] && made[1] >= 22, "{made:?}");
+    assert!(
+        early.stopped.contains("settled early") && !all.stopped.contains("settled"),
+        "{}, {}",
+        early.stopped,
+        all.stopped
+    );
 }
