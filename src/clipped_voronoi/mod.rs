@@ -52,6 +52,8 @@ mod slices;
 
 mod surface_pieces;
 
+mod vertices;
+
 mod voronoi_edges;
 
 mod weighted;

@@ -1,13 +1,15 @@
 //! The surface cut up by the Voronoi cells: pieces of triangles, cut segments, crossings of Voronoi edges.
 //!
 //! 1. Every vertex of the surface has an owner (`owners.rs`). A seed owns a piece of every triangle at its vertices: the whole
-//!    of it where all three are its own, cells being convex; else what its bisectors leave of it.
+//!    of it where all three are its own, cells being convex; else what its bisectors leave of it, which the edges at its own
+//!    vertices show nearly always (`outline.rs`), and clipping always (`polygon.rs`).
 //! 2. Which other seeds own a piece of a triangle follows by spreading over the bisectors that cut it: Yan, Lévy, Liu, Sun,
 //!    Wang, *Isotropic remeshing with fast and exact computation of restricted Voronoi diagram*, Computer Graphics Forum
 //!    28(5), 2009, doi 10.1111/j.1467-8659.2009.01521.x. Those of the last time are tried first, all at once.
 //!
 //! Departure: cells, not triangles, are gone through, so that each sum has one writer and its order does not depend on
-//! the number of threads; and a cell's bisectors meet all of its triangles at once, in vectors (`planes.rs`).
+//! the number of threads; and a cell's bisectors meet the corners of all of its triangles at once, in vectors (`planes.rs`),
+//! as most pieces are summed (`slices.rs`).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,6 +22,7 @@ use super::planes::Planes;
 use super::polygon::{Line, Polygon};
 use super::sheet::Sheet;
 use super::slices::{Part, Slices};
+use super::vertices::Vertices;
 use super::weighted::Weights;
 use super::{Crossing, SEEDS};
 use crate::delaunay::Adjacency;
@@ -56,43 +59,6 @@ struct Cutter<'a> {
     crossings: Vec<Crossing>,
     /// Seeds that own a piece of a triangle but none of its corners.
     beyond: Vec<Pair>,
-}
-
-/// The corners of the triangles of one seed.
-#[derive(Default)]
-struct Vertices {
-    ids: Vec<u32>,
-    at: Vec<DVec3>,
-    from_seed: Vec<DVec3>,
-    owners: Vec<u32>,
-    /// For each vertex of the sheet, where it is in these, if it is.
-    place: Vec<u32>,
-}
-
-impl Vertices {
-    fn clear(&mut self) {
-        self.ids.clear();
-        self.at.clear();
-        self.from_seed.clear();
-        self.owners.clear();
-    }
-
-    /// The place of a vertex, which is added where it is not there.
-    #[inline]
-    fn add(&mut self, v: u32, scene: &Scene, seed: DVec3) -> u32 {
-        let place = self.place[v as usize];
-        if self.ids.get(place as usize) == Some(&v) {
-            return place;
-        }
-        let place = self.ids.len() as u32;
-        self.place[v as usize] = place;
-        let at = scene.sheet.points[v as usize];
-        self.ids.push(v);
-        self.owners.push(scene.owners.of()[v as usize]);
-        self.at.push(at);
-        self.from_seed.push(at - seed);
-        place
-    }
 }
 
 /// Adds the surface to `cells`; returns the crossings of Voronoi edges, by facet.
@@ -187,7 +153,7 @@ impl<'a> Cutter<'a> {
             slices: Slices::default(),
             corners: Vec::new(),
             triangles: Vec::new(),
-            vertices: Vertices { place: vec![0; scene.sheet.points.len()], ..Vertices::default() },
+            vertices: Vertices::new(scene.sheet.points.len()),
             crossings: Vec::new(),
             beyond: Vec::new(),
         }
@@ -259,7 +225,8 @@ impl<'a> Cutter<'a> {
     /// One more triangle to be cut.
     fn add_triangle(&mut self, t: u32, seed: DVec3) {
         let [a, b, c] = self.scene.sheet.triangles[t as usize];
-        let place = [a, b, c].map(|v| self.vertices.add(v, &self.scene, seed));
+        let Scene { sheet, owners, .. } = self.scene;
+        let place = [a, b, c].map(|v| self.vertices.add(v, sheet.points[v as usize], owners.of()[v as usize], seed));
         self.triangles.push((t, place));
     }
 
