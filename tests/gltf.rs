@@ -172,6 +172,10 @@ fn what_cannot_be_read_is_named() {
 
     let error = tetrahedron(r#"{"children":[1]},{"mesh":0,"children":[0]}"#).expect_err("a circle");
     assert!(error.contains("scenes are trees"), "{error}");
+    // Within which the length of the header is less than the header's own.
+    let nested = String::from_utf8(b"glTF\x02\0\0\0\x09\0\0\0".to_vec()).expect("seven bits");
+    let error = parse(&container(nested, Vec::new()), Path::new("a.glb")).expect_err("a container within");
+    assert!(error.contains("another .glb"), "{error}");
     let error = parse(b"glTF\x01\0\0\0\x0c\0\0\0", Path::new("a.glb")).expect_err("version 1");
     assert!(error.contains("version 1"), "{error}");
 }

@@ -90,7 +90,12 @@ fn container(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         // Chunks begin at multiples of four bytes.
         at = end.next_multiple_of(4);
     }
-    Ok((json.ok_or("it has no chunk of JSON")?, blob))
+    let json = json.ok_or("it has no chunk of JSON")?;
+    // The crate would take it for a file of its own, and its length for granted.
+    if json.starts_with(b"glTF") {
+        return Err("its chunk of JSON holds another .glb".into());
+    }
+    Ok((json, blob))
 }
 
 /// The bytes of a buffer: the binary chunk, a URI that holds them, or a file beside this one.
