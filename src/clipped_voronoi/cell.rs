@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::sheet::{Linear, Whole};
-use super::slices::Face;
+use super::sheet::{Face, Linear, Whole};
 use super::weighted;
 use crate::geometry::triangle::normal2;
 

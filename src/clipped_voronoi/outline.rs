@@ -2,11 +2,11 @@
 //! always.
 //!
 //! ```text
-//!         R'                      0, cut off            One corner of the triangle, 0, stands alone. With it alone
-//!        / \                    / \                    the piece is (0, Q, R), with the other two it is
-//!   R --/---\-- Q          Q --/---\-- R               (R', Q', Q, R), of which Q is on the edge from 0 to Q'. Where
-//!      /     \                /     \                 the two are on different bisectors, these meet in between.
-//!     0-------Q'             Q'------R'
+//!         0                   0, cut off       One corner of the triangle, 0, stands alone. With it alone the piece is
+//!        / \                  / \              (0, Q, R), with the other two it is (R', Q', Q, R); Q is on the edge
+//!   Q --/---\-- R        R --/---\-- Q        from 0 to Q', R on that to R'. Where the two are on different
+//!      /     \              /     \           bisectors, these meet in between, or leave some of the edge from Q' to R'.
+//!     Q'------R'           R'------Q'
 //! ```
 //!
 //! A cell is convex. From an own corner to one that is another's the edge leaves it at the first of the bisectors that it

@@ -105,17 +105,16 @@ impl Planes {
     pub(super) fn cutting(&self, corners: [usize; 3], out: &mut Vec<Bisector>) {
         out.clear();
         let (words, row) = (self.words(), self.blocks.len() * LANES);
-        let farthest = self.farthest(corners);
+        let (rows, farthest) = (corners.map(|n| n * row), self.farthest(corners));
         for word in 0..words {
             let [a, b, c] = corners.map(|n| self.doubts[n * words + word]);
             for k in places(a | b | c) {
                 let k = word * BITS + k;
                 let at = &self.blocks[k / LANES].at;
-                let d = corners.map(|n| self.values[n * row + k]);
                 out.push(Bisector {
                     seed: self.neighbors[k],
                     at: DVec3::new(at[0][k % LANES], at[1][k % LANES], at[2][k % LANES]),
-                    form: Form { d, size: self.size(k, farthest) },
+                    form: self.form(k, rows, farthest),
                 });
             }
         }
@@ -144,12 +143,13 @@ impl Planes {
         a.max(b).max(c)
     }
 
-    /// Bound on the terms of d for neighbour `k` at points that are no farther from the seed than `farthest`.
+    /// The bisector with neighbour `k` at the points with these rows of values, none of them farther from the seed than `farthest`.
     #[inline]
-    fn size(&self, k: usize, farthest: f64) -> f64 {
+    fn form(&self, k: usize, rows: [usize; 3], farthest: f64) -> Form {
         // By Cauchy's inequality; the margin is for the roundings of this bound itself.
         let distance = self.distances[k];
-        1.000_001 * distance * (2.0 * farthest + distance)
+        let size = 1.000_001 * distance * (2.0 * farthest + distance);
+        Form { d: rows.map(|row| self.values[row + k]), size }
     }
 }
 
@@ -183,8 +183,7 @@ impl Seen<'_> {
     /// The bisector with neighbour `k`.
     #[inline]
     pub(super) fn form(&self, k: usize) -> Form {
-        let d = [0, 1, 2].map(|c| self.planes.values[self.rows[c] + k]);
-        Form { d, size: self.planes.size(k, self.farthest) }
+        self.planes.form(k, self.rows, self.farthest)
     }
 }
 

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::Density;
-use super::slices::Face;
 use crate::geometry::hilbert::hilbert_order;
 use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
@@ -54,6 +53,31 @@ impl Whole {
         let square = (a.length_squared() + b.length_squared() + c.length_squared()) / 12.0;
         let weighted = (a * at_a + b * at_b + c * at_c) * (area / 12.0);
         Whole { middle, area_vector, area, square, mass: area * (at_a + at_b + at_c) / 3.0, weighted }
+    }
+}
+
+/// A triangle of the surface, relative to the seed of the cell.
+#[derive(Clone, Copy)]
+pub(super) struct Face {
+    pub(super) corners: [DVec3; 3],
+    /// Vertices of the surface: the ends of an edge are taken in the order of these, the same for both triangles at it.
+    pub(super) ids: [u32; 3],
+    /// Its normal, twice the area long.
+    pub(super) normal2: DVec3,
+    pub(super) density: Linear,
+    /// The density of the solid, where that is not even.
+    pub(super) solid: Option<Linear>,
+}
+
+impl Face {
+    /// Its unit normal; zero where it has none.
+    pub(super) fn normal(&self) -> DVec3 {
+        self.normal2.normalize_or_zero()
+    }
+
+    /// The density of the solid at a point of the triangle.
+    pub(super) fn solid_at(&self, p: DVec3) -> f64 {
+        self.solid.map_or(1.0, |solid| solid.at(p))
     }
 }
 

@@ -297,15 +297,10 @@ impl<'a> Cutter<'a> {
             }
             if let Line::Bisector(before) = self.polygon.lines[if m > 0 { m - 1 } else { n - 1 }] {
                 let [j, k] = [before, here].map(|b| &self.polygon.bisectors[b as usize]);
-                let turned = (j.seed < k.seed) == (view.turn(j, k) == Sign::Positive);
-                add_crossing(
-                    &mut self.crossings,
-                    sheet.of_surface(t),
-                    i,
-                    [j.seed, k.seed],
-                    turned,
-                    view.seed + corners[m],
-                );
+                add_crossing(&mut self.crossings, sheet.of_surface(t), i, [j.seed, k.seed], || {
+                    let turned = (j.seed < k.seed) == (view.turn(j, k) == Sign::Positive);
+                    (turned, view.seed + corners[m])
+                });
             }
         }
         self.corners = corners;
@@ -341,13 +336,12 @@ impl<'a> Cutter<'a> {
             Cuts::Twice(both, forms, meeting) => {
                 let [(j, to_j), (k, to_k)] = both.map(|n| self.planes.neighbor(n));
                 self.slices.add_twice(whole, forms, [to_j, to_k]);
-                if i < j && i < k {
+                add_crossing(&mut self.crossings, sheet.of_surface(t), i, [j, k], || {
                     // The corners run the other way around where two are left.
                     let turned = (j < k) == (meeting.turns() == outline.single);
                     let at = meeting.within(outline.corners.map(|c| from_seed[c]));
-                    let at = self.scene.points[i as usize] + at;
-                    add_crossing(&mut self.crossings, sheet.of_surface(t), i, [j, k], turned, at);
-                }
+                    (turned, self.scene.points[i as usize] + at)
+                });
                 [j, k]
             }
             Cuts::Apart(both, [at_q, at_r]) => {
@@ -364,9 +358,16 @@ impl<'a> Cutter<'a> {
 }
 
 /// Records the crossing where the bisectors of seed `i` and two others, in any order, meet on a triangle, if `i` is the least of
-/// the three, which all see it. `turned`: whether (x_j - x_i) x (x_k - x_i), with j < k, points to the outer side.
-fn add_crossing(crossings: &mut Vec<Crossing>, triangle: u32, i: u32, [j, k]: [u32; 2], turned: bool, point: DVec3) {
+/// the three, which all see it. `found` says whether (x_j - x_i) x (x_k - x_i), with j < k, points to the outer side, and where.
+fn add_crossing(
+    crossings: &mut Vec<Crossing>,
+    triangle: u32,
+    i: u32,
+    [j, k]: [u32; 2],
+    found: impl FnOnce() -> (bool, DVec3),
+) {
     if i < j && i < k {
-        crossings.push(Crossing { facet: [i, j.min(k), j.max(k)], point, triangle, leaves: turned });
+        let (leaves, point) = found();
+        crossings.push(Crossing { facet: [i, j.min(k), j.max(k)], point, triangle, leaves });
     }
 }

@@ -155,8 +155,9 @@ fn boundary_follows(complex: &Complex, ground: &Ground, [a, b]: [u32; 2], change
     }
     change.old_facets.extend(complex.facets_of(a));
     // Those that vanish come last: of two vertices that all but coincide they face any way.
-    change.old_facets.sort_by_key(|&f| complex.facets[f as usize].vertices.contains(&b));
-    let left = change.old_facets.iter().take_while(|&&f| !complex.facets[f as usize].vertices.contains(&b)).count();
+    let vanishes = |f: u32| complex.facets[f as usize].vertices.contains(&b);
+    change.old_facets.sort_by_key(|&f| vanishes(f));
+    let left = change.old_facets.partition_point(|&f| !vanishes(f));
     let on_crease = complex.freedom[a as usize].is_bound();
     let face = complex.facets[change.old_facets[0] as usize].face;
     if !on_crease && change.old_facets.iter().any(|&f| complex.facets[f as usize].face != face) {

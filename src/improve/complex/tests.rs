@@ -140,86 +140,87 @@ fn volume(complex: &Complex) -> f64 {
     .sum()
 }
 
-#[test]
-fn a_rollback_brings_everything_back_to_the_last_bit() {
+/// Calls `test` with the grid of 4^3 small cubes in the box, and with what holds it to its surface.
+fn on_grid(test: impl FnOnce(Complex, &Ground)) {
     let surface = cube();
     let features = Features::find(&surface, 40.0);
     let twin = edges::twins(surface.triangles());
     let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
-    let mut complex = grid(&surface, &features, 4);
-    let whole = volume(&complex);
-    let mut rng = Rng::new(3, 4);
-    let mut made = 0;
-    for round in 0..60 {
-        let (mark, before) = (complex.mark(), state(&complex));
-        for _ in 0..30 {
-            made += usize::from(change_something(&mut complex, &ground, &mut rng));
+    test(grid(&surface, &features, 4), &ground);
+}
+
+#[test]
+fn a_rollback_brings_everything_back_to_the_last_bit() {
+    on_grid(|mut complex, ground| {
+        let whole = volume(&complex);
+        let mut rng = Rng::new(3, 4);
+        let mut made = 0;
+        for round in 0..60 {
+            let (mark, before) = (complex.mark(), state(&complex));
+            for _ in 0..30 {
+                made += usize::from(change_something(&mut complex, ground, &mut rng));
+            }
+            // The sides are flat, and their vertices stay on them.
+            assert!((volume(&complex) / whole - 1.0).abs() < 1e-12, "round {round}");
+            if round % 3 == 0 {
+                complex.commit();
+            } else {
+                complex.rollback(mark);
+                assert!(state(&complex) == before, "round {round}");
+            }
         }
-        // The sides are flat, and their vertices stay on them.
-        assert!((volume(&complex) / whole - 1.0).abs() < 1e-12, "round {round}");
-        if round % 3 == 0 {
-            complex.commit();
-        } else {
-            complex.rollback(mark);
-            assert!(state(&complex) == before, "round {round}");
-        }
-    }
-    assert!(made > 300, "only {made} operations were possible");
+        assert!(made > 300, "only {made} operations were possible");
+    });
 }
 
 #[test]
 fn a_crease_that_is_split_stays_a_crease() {
-    let surface = cube();
-    let features = Features::find(&surface, 40.0);
-    let twin = edges::twins(surface.triangles());
-    let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
-    let mut complex = grid(&surface, &features, 4);
-    let creases: Vec<[u32; 2]> = complex.creases.iter().copied().filter(|[a, b]| a < b).collect();
-    assert_eq!(creases.len(), 12 * 4);
-    let (whole, mut change) = (volume(&complex), Change::default());
-    for [a, b] in creases {
-        let (tets, facets) = (complex.star(a).len(), complex.edge_facets([a, b]).len());
-        assert!(tets > 0 && facets == 2);
-        let m = split(&mut complex, &ground, [a, b], &mut change).expect("nothing is in the way");
-        assert!(complex.is_crease(a, m) && complex.is_crease(m, b) && !complex.is_crease(a, b));
-        let [p, q, middle] = complex.corners([a, b, m]);
-        assert!(middle.distance((p + q) / 2.0) < 1e-15, "{middle} between {p} and {q}");
-        assert!(matches!(complex.freedom[m as usize], Freedom::Curve(..)));
-        assert_eq!(complex.edge_facets([a, m]).len(), 2);
-    }
-    assert_eq!(complex.creases.len(), 2 * 12 * 8);
-    assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
-    assert!((0..complex.tets.len() as u32).all(|t| !complex.is_alive(t) || complex.quality[t as usize] > 0.0));
+    on_grid(|mut complex, ground| {
+        let creases: Vec<[u32; 2]> = complex.creases.iter().copied().filter(|[a, b]| a < b).collect();
+        assert_eq!(creases.len(), 12 * 4);
+        let (whole, mut change) = (volume(&complex), Change::default());
+        for [a, b] in creases {
+            let (tets, facets) = (complex.star(a).len(), complex.edge_facets([a, b]).len());
+            assert!(tets > 0 && facets == 2);
+            let m = split(&mut complex, ground, [a, b], &mut change).expect("nothing is in the way");
+            assert!(complex.is_crease(a, m) && complex.is_crease(m, b) && !complex.is_crease(a, b));
+            let [p, q, middle] = complex.corners([a, b, m]);
+            assert!(middle.distance((p + q) / 2.0) < 1e-15, "{middle} between {p} and {q}");
+            assert!(matches!(complex.freedom[m as usize], Freedom::Curve(..)));
+            assert_eq!(complex.edge_facets([a, m]).len(), 2);
+        }
+        assert_eq!(complex.creases.len(), 2 * 12 * 8);
+        assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+        assert!((0..complex.tets.len() as u32).all(|t| !complex.is_alive(t) || complex.quality[t as usize] > 0.0));
+    });
 }
 
 /// Two vertices of the boundary that all but coincide become one, whichever way the needles between them face.
 #[test]
 fn vertices_of_the_boundary_that_all_but_coincide_are_contracted() {
-    let surface = cube();
-    let features = Features::find(&surface, 40.0);
-    let twin = edges::twins(surface.triangles());
-    let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
-    let (mut complex, mut change) = (grid(&surface, &features, 4), Change::default());
-    let (whole, count) = (volume(&complex), complex.vertex_count());
-    let on_surface = |complex: &Complex, v: u32| matches!(complex.freedom[v as usize], Freedom::Surface(_));
-    let all = (0..complex.tets.len()).flat_map(|t| complex.tets[t].map(|a| complex.tets[t].map(|b| [a, b])));
-    let inner = |&[a, b]: &[u32; 2]| {
-        a != b && on_surface(&complex, a) && on_surface(&complex, b) && complex.edge_facets([a, b]).len() == 2
-    };
-    let [a, b] = all.flatten().find(inner).expect("an edge amid a face");
-    let m = split(&mut complex, &ground, [a, b], &mut change).expect("nothing is in the way");
-    // Outward, and hardly along the face: 80 degrees.
-    let [p, q] = complex.corners([a, b]);
-    let out = surface.normal2(surface.tree().closest(p).triangle).normalize();
-    let to = p + ((q - p) * 0.17 + out * q.distance(p)) * 1e-3;
-    let freedom = complex.freedom[m as usize];
-    complex.points[m as usize] = to;
-    let qualities: Vec<f64> =
-        complex.star(m).iter().map(|&t| measure::quality(complex.corners(complex.tets[t as usize]))).collect();
-    assert!(qualities.iter().all(|&q| q > 0.0) && qualities.iter().any(|&q| q < 0.01), "{qualities:?}");
-    complex.move_judged(m, to, freedom, &qualities);
-    complex.commit();
-    assert!(contract(&mut complex, &ground, [m, a], 0.0, &mut change), "a vertex beside another stays");
-    assert_eq!(complex.vertex_count(), count);
-    assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+    on_grid(|mut complex, ground| {
+        let mut change = Change::default();
+        let (whole, count) = (volume(&complex), complex.vertex_count());
+        let on_surface = |complex: &Complex, v: u32| matches!(complex.freedom[v as usize], Freedom::Surface(_));
+        let all = (0..complex.tets.len()).flat_map(|t| complex.tets[t].map(|a| complex.tets[t].map(|b| [a, b])));
+        let inner = |&[a, b]: &[u32; 2]| {
+            a != b && on_surface(&complex, a) && on_surface(&complex, b) && complex.edge_facets([a, b]).len() == 2
+        };
+        let [a, b] = all.flatten().find(inner).expect("an edge amid a face");
+        let m = split(&mut complex, ground, [a, b], &mut change).expect("nothing is in the way");
+        // Outward, and hardly along the face: 80 degrees.
+        let [p, q] = complex.corners([a, b]);
+        let out = ground.surface.normal2(ground.surface.tree().closest(p).triangle).normalize();
+        let to = p + ((q - p) * 0.17 + out * q.distance(p)) * 1e-3;
+        let freedom = complex.freedom[m as usize];
+        complex.points[m as usize] = to;
+        let qualities: Vec<f64> =
+            complex.star(m).iter().map(|&t| measure::quality(complex.corners(complex.tets[t as usize]))).collect();
+        assert!(qualities.iter().all(|&q| q > 0.0) && qualities.iter().any(|&q| q < 0.01), "{qualities:?}");
+        complex.move_judged(m, to, freedom, &qualities);
+        complex.commit();
+        assert!(contract(&mut complex, ground, [m, a], 0.0, &mut change), "a vertex beside another stays");
+        assert_eq!(complex.vertex_count(), count);
+        assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+    });
 }
