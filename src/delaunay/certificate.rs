@@ -1,32 +1,35 @@
-//! How far vertices may move before a tet must be tested again.
+//! How many motions a tet is good for before it must be tested again, if each vertex goes no farther than its bound in any.
 //!
-//! A tet's certificate is a distance m: while none of its corners and apexes has moved farther than m from where it was
-//! tested, the tet stays positive and the facets that it answers for stay Delaunay. With the names of `detect.rs`, F = D P
-//! where P is the power of the apex q for the circumsphere, of centre c and radius R; and q = Σ βj xj with Σ βj = 1.
+//! A tet's certificate is a number n of motions: while each of its corners and apexes is within n times its bound from where
+//! it was tested, the tet stays positive and the facets that it answers for stay Delaunay. With the names of `detect.rs`,
+//! F = D P where P is the power of the apex q for the circumsphere, of centre c and radius R; and q = Σ βj xj with Σ βj = 1. A
+//! vertex v goes mv = n bv in all, bv its bound, and none of them farther than m = n b.
 //!
-//! - Seen from c, the five points are rows (y, |y|² - R², 1) of F: all of the third column are zero but P. After the motion they
-//!   are at most r = 2Rm + m² in size, and P has lost at most 2 |q - c| m + m². Expand F by that column: with D, and the
+//! - Seen from c, the five points are rows (y, |y|² - R², 1) of F: all of the third column are zero but P. After the motion
+//!   they are at most rj = 2R mj + m² in size, and P has lost at most 2 |q - c| mq + m². Expand F by that column: with D, and the
 //!   determinants D βj of the tets with q in place of xj, having changed by at most d and dj,
-//!   F' >= F - (2 |q - c| m + m²) D - P d - r (S + Σ dj), S = D Σ|βj|.
-//! - A determinant changes by at most m times the sum of the lengths of its four normals, and terms of higher order: for D
+//!   F' >= F - (2 |q - c| mq + m²) D - P d - Σ rj (D |βj| + dj).
+//! - A determinant changes by at most Σ Nj mj, Nj the lengths of its four normals, and terms of higher order: for D
 //!   that is d <= N m + 12.5 l m², N = 2 √(sum of squares of the normals), l the longest of the edges at x0, if m <= l/16. With
-//!   k = |q - x0|, Σ dj <= (12 l² + 18 lk) m + ..., and all terms of second and higher order of r (S + Σ dj) come to at
-//!   most (S + 2R (16 l² + 21 lk)) m².
+//!   k = |q - x0|, S = D Σ|βj|, Σ dj <= (12 l² + 18 lk) m + ..., and all terms of second and higher order of the last sum come
+//!   to at most (S + 2R (16 l² + 21 lk)) m².
 //! - As 2 |q - c| D = √(|2DR|² + 4DF) <= 2DR + 2F/l (2R >= l), 21 lk <= 16 l² + 7 k² and D <= S, all in all
-//!   F' >= F - G m - K m² with G = 2R (D + S) + 2F/l + N P and K = 2S + 2R (32 l² + 7 k²) + 12.5 l P.
-//!   That is positive for m = F / (G + √(K F)); likewise D' for m = D / (N + √(12.5 l D)).
+//!   F' >= F - G n - K n² with G = 2R D (bq + Σ |βj| bj) + 2F bq/l + N P b and
+//!   K = (2S + 2R (32 l² + 7 k²) + 12.5 l P) b².
+//!   That is positive for n = F / (G + √(K F)); likewise D' for n = D / (N' + b √(12.5 l D)), N' = 2 √(Σ (Nj bj)²).
 //!
 //! Rounding: F and D enter as what is sure of them, the rest with room for its errors, and a millionth is taken off
-//! the result. The first order is
-//! sharp, what follows it is bounded term by term.
+//! the result. The first order is sharp, each vertex with its own weight and bound; what follows it is bounded term by term.
 //!
 //! A hull facet's certificate is that of two kinds of orientation: of the facet and a point inside, and of the facet and each
 //! neighbour's vertex.
 //!
 //! The annulus of P. M. M. de Castro, J. Tournois, P. Alliez, O. Devillers, *Filtering relocations on a Delaunay
-//! triangulation*, Computer Graphics Forum 28(5), 2009, doi 10.1111/j.1467-8659.2009.01523.x, gives such distances too, for
+//! triangulation*, Computer Graphics Forum 28(5), 2009, doi 10.1111/j.1467-8659.2009.01523.x, gives distances for
 //! bi-cells; the tolerance of Zhou et al. 2010 is one on matrices. This one has to be
 //! cheap, as it is computed with every test.
+
+use std::array::from_fn;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -34,29 +37,33 @@ use rayon::prelude::*;
 use super::detect::{LANES, Lanes, TINY, U, from, gather, is_left_to_other, larger};
 use super::facet::INFINITE;
 use super::flip::Mesh;
-use crate::geometry::triples::{cross, dot};
+use crate::geometry::triples::{cross, dot, minus};
 
 /// Tets that one thread tests in a row.
 const CHUNK: usize = 2048;
 
+/// Tets whose vertices are looked up in a row, so that one need not wait for the other.
+const ROW: usize = 64;
+
 /// A tet without a certificate: it is tested after each motion.
 pub const NONE: f32 = -1.0;
 
-/// Certificates below this are none, so that nothing underflows.
-const LEAST: f64 = 1e-30;
+/// The least bound, so that nothing underflows.
+pub const LEAST_BOUND: f32 = 1e-30;
 
 /// Room for rounding.
 const SHORT: f64 = 1.0 - 1e-6;
 
-/// Tests tets; their certificates are left in `found`, [`NONE`] for what could not be cleared.
-pub fn certify(mesh: &Mesh, tets: &[u32], found: &mut Vec<f32>) {
+/// Tests tets; the motions that each is good for, given each vertex's bound, are left in `found`, [`NONE`] for what could
+/// not be cleared.
+pub fn certify(mesh: &Mesh, tets: &[u32], bounds: &[f32], found: &mut Vec<f32>) {
     found.clear();
     found.resize(tets.len(), NONE);
     let chunk = |(tets, found): (&[u32], &mut [f32])| {
-        pulp::Arch::new().dispatch(Batch { mesh, tets, found });
+        pulp::Arch::new().dispatch(Batch { mesh, tets, bounds, found });
         for (&t, found) in tets.iter().zip(found) {
             if mesh.vertices[t as usize][3] == INFINITE {
-                *found = rounded(hull_certificate(mesh, t));
+                *found = rounded(hull_certificate(mesh, bounds, t));
             }
         }
     };
@@ -69,14 +76,15 @@ pub fn certify(mesh: &Mesh, tets: &[u32], found: &mut Vec<f32>) {
 
 /// A certificate as it is stored.
 #[inline(always)]
-fn rounded(m: f64) -> f32 {
-    if m > LEAST { (m * SHORT) as f32 } else { NONE }
+fn rounded(n: f64) -> f32 {
+    if n > 0.0 { (n * SHORT) as f32 } else { NONE }
 }
 
 /// Tets to be tested; compiled for each width of vectors, like the test of all.
 struct Batch<'a> {
     mesh: &'a Mesh,
     tets: &'a [u32],
+    bounds: &'a [f32],
     found: &'a mut [f32],
 }
 
@@ -85,26 +93,42 @@ impl pulp::WithSimd for Batch<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Batch { mesh, tets, found } = self;
-        for (tets, found) in tets.chunks(LANES).zip(found.chunks_mut(LANES)) {
-            let (mut vertices, mut opposite) = ([[INFINITE; 4]; LANES], [[INFINITE; 4]; LANES]);
+        let Batch { mesh, tets, bounds, found } = self;
+        let (mut vertices, mut opposite) = ([[INFINITE; 4]; ROW], [[INFINITE; 4]; ROW]);
+        for (tets, found) in tets.chunks(ROW).zip(found.chunks_mut(ROW)) {
             for ((&t, v), q) in tets.iter().zip(&mut vertices).zip(&mut opposite) {
                 (*v, *q) = (mesh.vertices[t as usize], mesh.opposite[t as usize]);
             }
-            let certificates = test(&mesh.points, &vertices, &opposite);
-            for (found, m) in found.iter_mut().zip(certificates) {
-                *found = rounded(m);
+            let blocks = vertices.as_chunks().0.iter().zip(opposite.as_chunks().0);
+            for (found, (vertices, opposite)) in found.chunks_mut(LANES).zip(blocks) {
+                let motions = test(&mesh.points, bounds, vertices, opposite);
+                for (found, n) in found.iter_mut().zip(motions) {
+                    *found = rounded(n);
+                }
             }
         }
     }
 }
 
-/// The certificates of tets, zero or less for none.
+/// The bounds of corners, and then of apexes; that of the infinite vertex, which is never asked for, is that of the last one.
 #[inline(always)]
-fn test(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    let at = gather(points, vertices, opposite);
+fn gather_bounds(bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> [Lanes; 8] {
+    let Some(last) = bounds.len().checked_sub(1) else { return [[0.0; LANES]; 8] };
+    let vertex = |k: usize, l: usize| if k < 4 { vertices[l][k] } else { opposite[l][k - 4] };
+    from_fn(|k| from_fn(|l| f64::from(bounds[(vertex(k, l) as usize).min(last)])))
+}
+
+/// The motions that tets are good for, zero or less for none.
+#[inline(always)]
+fn test(points: &[DVec3], bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
+    let (at, reach) = (gather(points, vertices, opposite), gather_bounds(bounds, vertices, opposite));
     let [origin, others @ ..] = &at;
-    let mut least = [0.0; LANES];
+    // Numbers of each tet, which its facets share.
+    let [mut det, mut sure, mut square, mut long, mut most, mut good] = [[0.0; LANES]; 6];
+    let [mut size, mut diameter, mut flattening, mut with_p, mut with_q] = [[0.0; LANES]; 5];
+    let (mut normals, mut center) = ([[[0.0; LANES]; 3]; 3], [[0.0; LANES]; 3]);
+    // The least of the quotients, without dividing for each.
+    let [mut above, mut below] = [[0.0; LANES]; 2];
     for l in 0..LANES {
         let o = &origin[l];
         let (u, v, w) = (from(o, &others[0][l]), from(o, &others[1][l]), from(o, &others[2][l]));
@@ -114,43 +138,76 @@ fn test(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LA
         let a = sum(sum(scaled(vw, uu), scaled(wu, vv)), scaled(uv, ww));
         let m = larger(larger(uu, vv), ww);
         let length = m.sqrt();
-        let m3 = m * length;
-        let sure = d - 50.0 * U * m3;
-        let k = 32.0 * U * m3 * m;
-        // The orientation's.
         let base = sum(sum(vw, wu), uv);
-        let normals = 2.0 * (dot(vw, vw) + dot(wu, wu) + dot(uv, uv) + dot(base, base)).sqrt() + 100.0 * U * m;
-        // The least of the quotients, without dividing for each.
-        let (mut above, mut below) = (sure, normals + (12.5 * length * sure).sqrt());
-        // The facets'.
-        let size = dot(a, a).sqrt() + 100.0 * U * m * m;
-        let inverse = 1.0 / sure;
-        let diameter = size * inverse;
-        let with_f = 2.0 / length + normals * inverse;
-        let flattening = 12.5 * length * inverse;
-        let mut good = (sure > 0.0) & (m > TINY) & (vertices[l][3] != INFINITE);
-        for (i, q) in others[3..].iter().enumerate() {
-            let q = from(o, &q[l]);
-            let qq = dot(q, q);
-            let (b1, b2, b3) = (dot(q, vw), dot(q, wu), dot(q, uv));
-            let f = sure * qq - dot(a, q) - k;
-            let most = f + 3.0 * k + 105.0 * U * m3 * qq;
-            let tets = (d - b1 - b2 - b3).abs() + b1.abs() + b2.abs() + b3.abs() + 100.0 * U * length * (m + qq);
-            let slope = size + diameter * tets + with_f * most;
-            let rest = 2.0 * tets + diameter * (32.0 * m + 7.0 * qq) + flattening * most;
-            let bound = slope + (rest * most).sqrt();
-            let left = is_left_to_other(vertices[l][i], opposite[l][i]);
-            good &= (f > 0.0) | left;
-            let lower = (f * below < above * bound) & !left;
-            above = if lower { f } else { above };
-            below = if lower { bound } else { below };
+        let squares = [dot(base, base), dot(vw, vw), dot(wu, wu), dot(uv, uv)];
+        let mut b = larger(larger(reach[0][l], reach[1][l]), larger(reach[2][l], reach[3][l]));
+        // The orientation's.
+        let weighted: [f64; 4] = from_fn(|k| squares[k] * reach[k][l] * reach[k][l]);
+        let weighted = (weighted[0] + weighted[1]) + (weighted[2] + weighted[3]);
+        let rounding = 100.0 * U * m;
+        let certain = d - 50.0 * U * m * length;
+        above[l] = certain;
+        below[l] = 2.0 * weighted.sqrt() + (rounding + (12.5 * length * certain).sqrt()) * b;
+        // For the facets.
+        for i in 0..4 {
+            let other = is_left_to_other(vertices[l][i], opposite[l][i]);
+            let far = if other { 0.0 } else { reach[4 + i][l] };
+            b = larger(b, far);
         }
-        let certificate = above / below;
-        let limit = length * (1.0 / 16.0);
-        let certificate = if certificate < limit { certificate } else { limit };
-        least[l] = if good { certificate } else { 0.0 };
+        let all = (squares[0] + squares[1]) + (squares[2] + squares[3]);
+        for c in 0..3 {
+            normals[0][c][l] = vw[c];
+            normals[1][c][l] = wu[c];
+            normals[2][c][l] = uv[c];
+            center[c][l] = a[c];
+        }
+        det[l] = d;
+        sure[l] = certain;
+        let inverse = 1.0 / certain;
+        size[l] = dot(a, a).sqrt() + 100.0 * U * m * m;
+        diameter[l] = size[l] * inverse;
+        flattening[l] = 12.5 * length * inverse;
+        with_p[l] = (2.0 * all.sqrt() + rounding) * inverse;
+        with_q[l] = 2.0 / length;
+        square[l] = m;
+        long[l] = length;
+        most[l] = b;
+        good[l] = if (certain > 0.0) & (m > TINY) & (vertices[l][3] != INFINITE) { 1.0 } else { 0.0 };
     }
-    least
+    for i in 0..4 {
+        for l in 0..LANES {
+            let (d, sure, m, length, b) = (det[l], sure[l], square[l], long[l], most[l]);
+            let normal = |k: usize| [normals[k][0][l], normals[k][1][l], normals[k][2][l]];
+            let q = from(&origin[l], &others[3 + i][l]);
+            let qq = dot(q, q);
+            let (b1, b2, b3) = (dot(q, normal(0)), dot(q, normal(1)), dot(q, normal(2)));
+            let b0 = d - b1 - b2 - b3;
+            let m3 = m * length;
+            let k = 32.0 * U * m3 * m;
+            let f = sure * qq - dot([center[0][l], center[1][l], center[2][l]], q) - k;
+            let at_most = f + 3.0 * k + 105.0 * U * m3 * qq;
+            let rounding = 100.0 * U * length * (m + qq);
+            let (b0, b1, b2, b3) = (b0.abs(), b1.abs(), b2.abs(), b3.abs());
+            let tets = b0 + b1 + b2 + b3 + rounding;
+            let moved = (b0 * reach[0][l] + b1 * reach[1][l]) + (b2 * reach[2][l] + b3 * reach[3][l]) + rounding * b;
+            let own = reach[4 + i][l];
+            let slope = size[l] * own + diameter[l] * moved + (with_q[l] * own + with_p[l] * b) * at_most;
+            let rest = 2.0 * tets + diameter[l] * (32.0 * m + 7.0 * qq) + flattening[l] * at_most;
+            let bound = slope + (rest * at_most).sqrt() * b;
+            let left = is_left_to_other(vertices[l][i], opposite[l][i]);
+            good[l] = if (f > 0.0) | left { good[l] } else { 0.0 };
+            let lower = (f * below[l] < above[l] * bound) & !left;
+            above[l] = if lower { f } else { above[l] };
+            below[l] = if lower { bound } else { below[l] };
+        }
+    }
+    let mut motions = [0.0; LANES];
+    for l in 0..LANES {
+        let (certificate, limit) = (above[l] / below[l], long[l] * (1.0 / 16.0) / most[l]);
+        let certificate = if certificate < limit { certificate } else { limit };
+        motions[l] = if good[l] == 1.0 { certificate } else { 0.0 };
+    }
+    motions
 }
 
 #[inline(always)]
@@ -165,14 +222,17 @@ fn scaled(a: [f64; 3], by: f64) -> [f64; 3] {
 
 /// The certificate of an infinite tet: that its facet turns its inner side to the point inside, and to the vertices across
 /// those of its edges that it answers for.
-fn hull_certificate(mesh: &Mesh, t: u32) -> f64 {
+fn hull_certificate(mesh: &Mesh, bounds: &[f32], t: u32) -> f64 {
     let [a, b, c, _] = mesh.vertices[t as usize];
     let facet = [a, b, c].map(|v| mesh.at(v).to_array());
-    let mut least = orientation_certificate(facet, mesh.inside.to_array());
+    let reach = |v: u32| f64::from(bounds[v as usize]);
+    let most = reach(a).max(reach(b)).max(reach(c));
+    let mut least = orientation_certificate(facet, mesh.inside.to_array()) / most;
     for i in 0..3 {
         let (own, apex) = (mesh.vertices[t as usize][i], mesh.opposite[t as usize][i]);
         if !is_left_to_other(own, apex) {
-            least = least.min(orientation_certificate(facet, mesh.at(apex).to_array()));
+            let certificate = orientation_certificate(facet, mesh.at(apex).to_array());
+            least = least.min(certificate / most.max(reach(apex)));
         }
     }
     least
@@ -180,8 +240,7 @@ fn hull_certificate(mesh: &Mesh, t: u32) -> f64 {
 
 /// How far four points may move while (a, b, c, d) stays negative; zero or less if it is not certain that it is.
 fn orientation_certificate([a, b, c]: [[f64; 3]; 3], d: [f64; 3]) -> f64 {
-    let edge = |p: [f64; 3]| [p[0] - a[0], p[1] - a[1], p[2] - a[2]];
-    let (u, v, w) = (edge(c), edge(b), edge(d));
+    let (u, v, w) = (minus(c, a), minus(b, a), minus(d, a));
     let (vw, wu, uv) = (cross(v, w), cross(w, u), cross(u, v));
     let m = larger(larger(dot(u, u), dot(v, v)), dot(w, w));
     let length = m.sqrt();
@@ -241,22 +300,22 @@ mod tests {
         for points in point_sets() {
             let mesh = mesh_of(&points);
             let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+            // From nearly none to a thousandth.
+            let bounds: Vec<f32> = points.iter().map(|_| (rng.unit().powi(3) * 1e-3) as f32 + 1e-12).collect();
             let mut certificates = Vec::new();
-            certify(&mesh, &all, &mut certificates);
-            for (&t, &m) in all.iter().zip(&certificates).filter(|(_, m)| **m > 0.0) {
+            certify(&mesh, &all, &bounds, &mut certificates);
+            for (&t, &n) in all.iter().zip(&certificates).filter(|(_, n)| **n > 0.0) {
                 certified += 1;
                 let (tet, across) = (mesh.vertices[t as usize], mesh.opposite[t as usize]);
-                let at: [DVec3; 8] = std::array::from_fn(|i| {
-                    let v = if i < 4 { tet[i] } else { across[i - 4] };
-                    if v == INFINITE { DVec3::ZERO } else { mesh.at(v) }
-                });
+                let vertices: [u32; 8] = from_fn(|i| if i < 4 { tet[i] } else { across[i - 4] });
+                let at = vertices.map(|v| if v == INFINITE { DVec3::ZERO } else { mesh.at(v) });
+                let reach = vertices.map(|v| if v == INFINITE { 0.0 } else { f64::from(bounds[v as usize]) });
                 assert!(holds(&mesh, t, at));
-                let moved =
-                    |by: f64, ways: &[DVec3; 8]| -> [DVec3; 8] { std::array::from_fn(|i| at[i] + ways[i] * by) };
+                let moved = |by: f64, ways: &[DVec3; 8]| from_fn(|i| at[i] + ways[i] * (by * reach[i]));
                 let mut failed = false;
                 for round in 0..24 {
                     // Random ways, and such as shrink or grow the tet against its apexes.
-                    let mut ways: [DVec3; 8] = std::array::from_fn(|_| {
+                    let mut ways: [DVec3; 8] = from_fn(|_| {
                         DVec3::new(rng.unit() - 0.5, rng.unit() - 0.5, rng.unit() - 0.5).normalize_or(DVec3::X)
                     });
                     if round % 2 == 0 && tet[3] != INFINITE {
@@ -268,9 +327,9 @@ mod tests {
                             *way = (away + *way * (0.05 * f64::from(round))).normalize_or(DVec3::X);
                         }
                     }
-                    let m = f64::from(m) * (1.0 - 1e-9);
-                    assert!(holds(&mesh, t, moved(m, &ways)), "tet {t}, certificate {m}, round {round}");
-                    failed |= !holds(&mesh, t, moved(30.0 * m, &ways));
+                    let n = f64::from(n) * (1.0 - 1e-9);
+                    assert!(holds(&mesh, t, moved(n, &ways)), "tet {t}, certificate {n}, round {round}");
+                    failed |= !holds(&mesh, t, moved(30.0 * n, &ways));
                 }
                 near += usize::from(failed);
             }
@@ -284,10 +343,12 @@ mod tests {
         for points in point_sets() {
             let mesh = mesh_of(&points);
             let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+            let bounds: Vec<f32> = (0..points.len()).map(|v| 1e-3 + (v % 7) as f32 * 1e-4).collect();
             let mut expected = Vec::new();
-            certify(&mesh, &all, &mut expected);
+            certify(&mesh, &all, &bounds, &mut expected);
             let mut plain = vec![NONE; all.len()];
-            pulp::WithSimd::with_simd(Batch { mesh: &mesh, tets: &all, found: &mut plain }, pulp::Scalar::new());
+            let batch = Batch { mesh: &mesh, tets: &all, bounds: &bounds, found: &mut plain };
+            pulp::WithSimd::with_simd(batch, pulp::Scalar::new());
             for ((&t, expected), plain) in all.iter().zip(expected).zip(plain) {
                 assert!(mesh.vertices[t as usize][3] == INFINITE || expected == plain, "tet {t}: {expected} {plain}");
             }

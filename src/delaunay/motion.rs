@@ -15,7 +15,7 @@ use super::hull::Guard;
 use super::leaps::Leaps;
 use super::relocate::Relocation;
 use super::repair::{GivenUp, Lists};
-use super::schedule::{Schedule, stands_still};
+use super::schedule::{Rash, Schedule, motions, stands_still};
 use crate::geometry::predicates::Sign;
 
 /// If more than one in so many tets is reversed, building anew is faster.
@@ -46,20 +46,17 @@ const LEAST_SAMPLE: usize = 512;
 const SUSPECTS_SHARE: f64 = 1.0 / SUSPECTS as f64;
 
 /// Certificates are taken if a smaller share of tets than this would be tested after each motion.
-const WORTH_WHILE: f64 = 0.09;
+const WORTH_WHILE: f64 = 0.18;
 
 /// So many motions go by before it is asked again, if it was just not worth while: to ask costs a tenth of a test of all.
 const PATIENCE: f64 = 4.0;
 
 /// If certificates of more tets than this share have run out, all tets are tested, without. A test with a certificate takes
-/// up to four times as long as one without.
-const RUN_OUT: f64 = 0.14;
+/// some four times as long as one without: what is due is scattered.
+const RUN_OUT: f64 = 0.25;
 
 /// Tets that a thread certifies before they are planned.
 const AT_ONCE: usize = 512;
-
-/// The next steps may be so much longer than those of this motion.
-const NEXT: f32 = 2.5;
 
 /// What is tested after a motion.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -82,7 +79,7 @@ pub struct Motion {
     certified: bool,
     pub lists: Lists,
     leaps: Leaps,
-    rash: Vec<u32>,
+    rash: Vec<Rash>,
     star: Vec<u32>,
     tested: Vec<u32>,
     certificates: Vec<f32>,
@@ -229,13 +226,13 @@ impl Motion {
         // What vertices that leap have left behind.
         self.schedule.resize(self.mesh.vertices.len());
         self.mesh.written().for_each(|t| self.schedule.wake(t));
-        for &v in &self.rash {
-            self.mesh.star(v, &mut self.star);
+        for rash in &self.rash {
+            self.mesh.star(rash.vertex, &mut self.star);
             for &t in &self.star {
-                self.schedule.wake(t);
-                let slot = self.mesh.vertices[t as usize].iter().position(|&w| w == v);
+                self.schedule.hasten(t, rash);
+                let slot = self.mesh.vertices[t as usize].iter().position(|&w| w == rash.vertex);
                 let slot = slot.expect("a tet of the star has its vertex: this is a bug in tetcvt");
-                self.schedule.wake(self.mesh.neighbors[t as usize][slot].tet());
+                self.schedule.hasten(self.mesh.neighbors[t as usize][slot].tet(), rash);
             }
         }
         self.schedule.find_due(&mut self.tested);
@@ -250,10 +247,10 @@ impl Motion {
         report.tets = tested.len();
         let mut suspects = Vec::new();
         for tested in tested.chunks(AT_ONCE * rayon::current_num_threads()) {
-            certify(mesh, tested, certificates);
+            certify(mesh, tested, schedule.bounds(), certificates);
             for (&t, &certificate) in tested.iter().zip(&*certificates) {
+                schedule.plan(t, certificate);
                 let (tet, across) = (&mesh.vertices[t as usize], &mesh.opposite[t as usize]);
-                schedule.plan(t, tet, across, certificate);
                 if certificate == NONE && !stands_still(tet, across, steps2) {
                     suspects.push(t);
                 }
@@ -267,7 +264,7 @@ impl Motion {
         let count = self.mesh.vertices.len();
         self.tested.clear();
         self.tested.extend(0..count as u32);
-        self.schedule.start(count, &self.steps2);
+        self.schedule.start(count);
         self.certified = true;
         self.test_due(report)
     }
@@ -293,14 +290,9 @@ impl Motion {
     /// The share of tets that certificates would leave to be tested after each motion, judged by a few tets.
     fn sample(&mut self) -> f64 {
         self.choose_sample();
-        certify(&self.mesh, &self.tested, &mut self.certificates);
-        let mut share = 0.0;
-        for (&t, &certificate) in self.tested.iter().zip(&self.certificates) {
-            let tet = &self.mesh.vertices[t as usize];
-            let step = tet.iter().fold(f32::MIN_POSITIVE, |m, &v| m.max(self.steps2[v as usize])).sqrt();
-            let motions = (certificate / (NEXT * step)) as u16;
-            share += 1.0 / (1.0 + f64::from(motions));
-        }
+        self.schedule.set_bounds(&self.steps2);
+        certify(&self.mesh, &self.tested, self.schedule.bounds(), &mut self.certificates);
+        let share: f64 = self.certificates.iter().map(|&c| 1.0 / (1.0 + f64::from(motions(c)))).sum();
         share / self.tested.len().max(1) as f64
     }
 

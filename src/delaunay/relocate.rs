@@ -7,8 +7,8 @@
 //!   doi 10.1016/0167-8396(86)90001-4: the flips.
 //!
 //! 0. A few vertices that go far while the others go little are taken out first, and put in at the end (`leaps.rs`).
-//! 1. Move all vertices. Of tets that were tested before it is known how far their vertices may go before anything can have
-//!    changed (`certificate.rs`), and so after which motion each is due (`schedule.rs`); or while much moves, all are due. Test
+//! 1. Move all vertices. Of tets that were tested before it is known how many motions they are good for if their vertices go no
+//!    farther than is expected of each (`certificate.rs`, `schedule.rs`); or while much moves, all are due. Test
 //!    those, and their facets at once; what is not certain is suspect (`detect.rs`, `motion.rs`).
 //! 2. Of the suspect tets, find those that are not positive, exactly. Hold vertices of theirs back at their old places
 //!    until all tets are positive (`repair.rs`). The hull tells whether the tets then fill space once (`hull.rs`).
@@ -20,12 +20,12 @@
 //! Where 1 or 2 find that too much has changed, or 4 or 3 come to no end, what was done is taken back and the triangulation
 //! built anew: also the way to name what is wrong with points that have none.
 //!
-//! Departures: a certificate belongs to a tet, not to a bi-cell, and is a distance; most are not even looked at. Tets
+//! Departures: a certificate belongs to a tet, not to a bi-cell, and is a number of motions; most are not even looked at. Tets
 //! that are turned around are mended, not cause to build anew; the hull moves like all else.
 //!
 //! Cost: about 12 ns a tet with AVX-512 where all are tested, two to four times that for one with a certificate, of which few
 //! are tested; and 1 to 2 µs a flip. Kept for it, beside positions (twice) and tets: a vertex across each facet, a tet at
-//! each vertex, and 2 bytes a tet and 8 a vertex for certificates.
+//! each vertex, and 2 bytes a tet and 12 a vertex for certificates.
 
 use std::time::Instant;
 
