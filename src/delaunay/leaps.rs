@@ -44,6 +44,13 @@ pub struct Leaps {
     made: usize,
 }
 
+impl Mesh {
+    /// A tet that there is.
+    fn any_tet(&self) -> Option<u32> {
+        (0..self.vertices.len() as u32).find(|&t| !self.is_dead(t))
+    }
+}
+
 impl Leaps {
     /// 1. Finds the candidates, given the squared length of the step of each vertex.
     pub fn find(&mut self, steps2: &[f32]) {

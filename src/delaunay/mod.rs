@@ -27,6 +27,8 @@ mod facet;
 
 mod flip;
 
+mod hole;
+
 mod hull;
 
 mod insert;

@@ -1,80 +1,93 @@
 //! Gets on where no flip does: facets that are not Delaunay, none of which can be flipped.
 //!
-//! There are such knots of a few vertices, among seeds of flat faces most of all: each flip waits for the others. So a vertex
-//! of the knot is taken out, if its neighbours by themselves have all the facets around the hole; if those of none do, one
-//! is led aside, to the middle of its neighbours. What is left is flipped, and if all is Delaunay then, these vertices are
-//! put in where they belong.
-
-use std::cmp::Reverse;
-
-use glam::DVec3;
+//! There are such knots of a few vertices, among seeds of flat faces most of all: each flip waits for the others. So what is
+//! around such a facet is made anew:
+//!
+//! 1. The region is the facet's two tets, at first.
+//! 2. Triangulate its vertices on their own (`hole.rs`). Facets around the region that these few do not have are not
+//!    Delaunay: the region takes in the tets beyond them, and this is done again. Where all that is not Delaunay is inside,
+//!    all facets around it are had.
+//! 3. Put what is between them in place of the region, if all of it is positive, infinite tets as seen from the point
+//!    inside: while the hull is not yet one, it need not be. Flip on from there.
+//!
+//! The new tets are the lowest on the lifted surface, and the old ones were not: so this comes to an end, as flips do.
 
 use super::facet::INFINITE;
 use super::flip::Mesh;
-use super::range::flush;
+use super::hole::{Hole, Turn, facet};
+use super::insert::Construction;
 use super::region::Region;
 use super::relocate::Relocation;
 use super::repair::{GivenUp, Lists};
+use crate::geometry::predicates::Sign;
 
-/// So many vertices are taken out at most.
-const MOST: usize = 32;
+/// With a region of more than one in so many tets, building anew is faster.
+const TETS_OF_ALL: usize = 16;
+
+/// Regions of so many tets are made anew in any case.
+const FEW: usize = 2000;
 
 impl Mesh {
     /// Makes Delaunay what is stuck, if anything is.
     pub fn unstick(&mut self, lists: &mut Lists, report: &mut Relocation) -> Result<(), GivenUp> {
         let mut region = Region::default();
-        // Where those belong that are out or aside.
-        let mut homes: Vec<(u32, DVec3)> = Vec::new();
-        let mut out = 0;
-        while self.is_stuck(lists) {
-            if homes.len() == MOST {
-                return Err(GivenUp);
-            }
-            let knot = self.knot(lists);
-            if let Some(&v) = knot.iter().find(|&&v| self.remove_vertex(v, &mut region).is_ok()) {
-                let home = match homes[out..].iter().position(|home| home.0 == v) {
-                    Some(i) => homes.remove(out + i),
-                    None => (v, self.at(v)),
-                };
-                homes.insert(out, home);
-                out += 1;
-                region.ids.iter().for_each(|&t| lists.push(t));
-            } else {
-                let is_aside = |v: u32| homes.iter().any(|home| home.0 == v);
-                let v = knot.into_iter().find(|&v| !is_aside(v)).ok_or(GivenUp)?;
-                homes.push((v, self.at(v)));
-                self.star_of(v, &mut region);
-                let corners = region.old.iter().flat_map(|&t| self.vertices[t as usize]).filter(|&w| w != INFINITE);
-                let (sum, count) = corners.fold((DVec3::ZERO, 0.0), |(sum, n), w| (sum + self.at(w), n + 1.0));
-                report.predicates += self.advance(v, (sum / count).map(flush), &region.old).0;
-                region.old.iter().for_each(|&t| lists.push(t));
-            }
+        while let Some((t, i)) = self.first_stuck(lists) {
+            self.renew_around(t, i, &mut region)?;
+            region.ids.iter().for_each(|&t| lists.push(t));
             self.flip_all(lists, report)?;
-        }
-        for &(v, _) in &homes[out..] {
-            self.remove_vertex(v, &mut region).map_err(|_| GivenUp)?;
-        }
-        for (v, home) in homes {
-            let near = self.any_tet().ok_or(GivenUp)?;
-            self.points[v as usize] = home;
-            self.insert_vertex(v, near, &mut region).map_err(|_| GivenUp)?;
         }
         Ok(())
     }
 
-    /// Vertices of tets that are stuck, those of most of them first.
-    fn knot(&self, lists: &Lists) -> Vec<u32> {
-        let is_stuck = |&t: &u32| !self.is_dead(t) && (0..4).any(|i| self.violates(t, i));
-        let tets = lists.stuck().iter().copied().filter(is_stuck);
-        let mut vertices: Vec<u32> = tets.flat_map(|t| self.vertices[t as usize]).filter(|&v| v != INFINITE).collect();
-        vertices.sort_unstable();
-        let mut counted: Vec<(usize, u32)> = vertices.chunk_by(u32::eq).map(|same| (same.len(), same[0])).collect();
-        counted.sort_unstable_by_key(|&(count, v)| (Reverse(count), v));
-        counted.into_iter().map(|(_, v)| v).collect()
+    /// A facet that could not be flipped.
+    fn first_stuck(&self, lists: &Lists) -> Option<(u32, usize)> {
+        let alive = lists.stuck().iter().copied().filter(|&t| !self.is_dead(t));
+        alive.flat_map(|t| (0..4).map(move |i| (t, i))).find(|&(t, i)| self.violates(t, i))
     }
 
-    /// A tet that there is.
-    pub fn any_tet(&self) -> Option<u32> {
-        (0..self.vertices.len() as u32).find(|&t| !self.is_dead(t))
+    /// Makes anew the tets around facet `i` of tet `t`, as far as it takes. The new ones are then `region.ids`.
+    fn renew_around(&mut self, t: u32, i: usize, region: &mut Region) -> Result<(), GivenUp> {
+        let other = self.neighbors[t as usize][i].tet();
+        self.spread(t, region, |_, _, next| next == other);
+        let mut hole = Hole::default();
+        // Each facet around the region, and the tet beyond it.
+        let mut around: Vec<(Turn, u32)> = Vec::new();
+        loop {
+            if region.old.len() > FEW + self.vertices.len() / TETS_OF_ALL {
+                return Err(GivenUp);
+            }
+            around.clear();
+            hole.vertices.clear();
+            for &t in &region.old {
+                let tet = self.vertices[t as usize];
+                hole.vertices.extend(tet.into_iter().filter(|&v| v != INFINITE));
+                let beyond = (0..4).map(|i| (facet(tet, i), self.neighbors[t as usize][i].tet()));
+                around.extend(beyond.filter(|&(_, next)| !region.marks.contains(next)));
+            }
+            if around.is_empty() {
+                // That is all there is.
+                return Err(GivenUp);
+            }
+            around.sort_unstable();
+            hole.walls.clear();
+            hole.walls.extend(around.iter().map(|(wall, _)| *wall));
+            hole.vertices.sort_unstable();
+            hole.vertices.dedup();
+            hole.found.clear();
+            if let Ok(few) = Construction::of(hole.vertices.iter().map(|&v| self.at(v)))
+                && hole.fill(&few, &mut region.new)
+                && region.new.iter().all(|&tet| self.orientation(tet) == Sign::Positive)
+            {
+                self.replace_region(region);
+                return Ok(());
+            }
+            // All of them where it is not known which.
+            let all = !hole.found.contains(&false);
+            for (n, &(_, next)) in around.iter().enumerate() {
+                if (all || !hole.found[n]) && region.marks.insert(next) {
+                    region.old.push(next);
+                }
+            }
+        }
     }
 }
