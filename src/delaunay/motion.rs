@@ -28,7 +28,7 @@ const FEW: usize = 16;
 const MANY: usize = 64;
 
 /// If more than one in so many tets is suspect, building anew is faster.
-const SUSPECTS: usize = 6;
+const SUSPECTS: usize = 8;
 
 /// Tets are brought into order when one in so many has been made anew.
 const DISORDER: usize = 4;
