@@ -30,6 +30,9 @@ const BUILD: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::fast_build()
 };
 
+/// No distance is enough.
+const NEVER: f64 = -1.0;
+
 /// The point of the surface closest to a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
@@ -111,7 +114,7 @@ impl BoxTree {
     /// # Panics
     /// If the tree has no triangles, or `p` is not finite.
     pub fn closest(&self, p: DVec3) -> Closest {
-        self.closest_below(p, Closest { point: p, triangle: u32::MAX, distance2: f64::INFINITY })
+        self.closest_below(p, Closest { point: p, triangle: u32::MAX, distance2: f64::INFINITY }, NEVER)
     }
 
     /// The same as [`BoxTree::closest`], faster if `guess` is a triangle close to `p`, with these corners.
@@ -119,12 +122,20 @@ impl BoxTree {
     /// # Panics
     /// If the tree has no triangles, or `p` is not finite.
     pub fn closest_near(&self, p: DVec3, guess: u32, corners: [DVec3; 3]) -> Closest {
-        let point = triangle::closest_point(corners, p);
-        self.closest_below(p, Closest { point, triangle: guess, distance2: point.distance_squared(p) })
+        self.closest_below(p, guessed(p, guess, corners), NEVER)
     }
 
-    /// The closest point, if it is not `best`, one that is known.
-    fn closest_below(&self, p: DVec3, mut best: Closest) -> Closest {
+    /// A point whose squared distance is no more than `enough`, faster still than the closest; that one where there is none.
+    ///
+    /// # Panics
+    /// As [`BoxTree::closest_near`].
+    pub fn close_enough(&self, p: DVec3, guess: u32, corners: [DVec3; 3], enough: f64) -> Closest {
+        let guessed = guessed(p, guess, corners);
+        if guessed.distance2 <= enough { guessed } else { self.closest_below(p, guessed, enough) }
+    }
+
+    /// The closest point, if it is not `best`, one that is known; or any whose squared distance is `enough`.
+    fn closest_below(&self, p: DVec3, mut best: Closest, enough: f64) -> Closest {
         let q = self.local(p);
         // What rounding to single precision can take off a distance, squared; queries may be far away.
         let slack = 1e-12 * (1.0 + f64::from(q[0].abs().max(q[1].abs()).max(q[2].abs()))).powi(2);
@@ -145,6 +156,9 @@ impl BoxTree {
                     let triangle = self.index[k];
                     if distance2 < best.distance2 || (distance2 == best.distance2 && triangle < best.triangle) {
                         best = Closest { point, triangle, distance2 };
+                        if distance2 <= enough {
+                            break;
+                        }
                         limit = reach(distance2);
                     }
                 }
@@ -249,6 +263,12 @@ impl BoxTree {
     fn local(&self, p: DVec3) -> [f32; 3] {
         local(p, self.center, self.scale)
     }
+}
+
+/// The closest point of one triangle.
+fn guessed(p: DVec3, triangle: u32, corners: [DVec3; 3]) -> Closest {
+    let point = triangle::closest_point(corners, p);
+    Closest { point, triangle, distance2: point.distance_squared(p) }
 }
 
 fn local(p: DVec3, center: DVec3, scale: f64) -> [f32; 3] {
