@@ -37,6 +37,43 @@ pub(super) enum Cuts {
     Apart([usize; 2], [Form; 2]),
 }
 
+/// Where edges leave the cell: two triangles of a seed share each of them.
+pub(super) struct Exits {
+    /// The number of the seed among those that were gone through.
+    round: u32,
+    /// By a hash of the edge: the round, the places of its ends, and the first bisector on the way if that is certain.
+    table: Vec<(u32, [usize; 2], Option<usize>)>,
+}
+
+/// Edges that are remembered.
+const EXITS: usize = 128;
+
+impl Default for Exits {
+    fn default() -> Exits {
+        Exits { round: 0, table: vec![(0, [0; 2], None); EXITS] }
+    }
+}
+
+impl Exits {
+    /// Forgets all edges: the next are those of another seed.
+    pub(super) fn clear(&mut self) {
+        self.round = self.round.wrapping_add(1);
+        if self.round == 0 {
+            *self = Exits { round: 1, ..Exits::default() };
+        }
+    }
+
+    /// What leaves the cell by this edge first, as found before or now.
+    #[inline]
+    fn of(&mut self, edge: [usize; 2], find: impl FnOnce() -> Option<usize>) -> Option<usize> {
+        let known = &mut self.table[(edge[0] * 11 + edge[1]) % EXITS];
+        if (known.0, known.1) != (self.round, edge) {
+            *known = (self.round, edge, find());
+        }
+        known.2
+    }
+}
+
 impl Outline {
     /// For a triangle with such corners, counter-clockwise, and those of them left.
     #[inline]
@@ -55,10 +92,11 @@ impl Outline {
 
     /// What cuts the triangle; `None` where that is not certain, or more than these.
     #[inline]
-    pub(super) fn cuts(&self, planes: &Planes) -> Option<Cuts> {
+    pub(super) fn cuts(&self, planes: &Planes, exits: &mut Exits) -> Option<Cuts> {
         let seen = planes.on_triangle(self.corners)?;
-        let (q, j) = self.first(&seen, 1)?;
-        let (r, k) = self.first(&seen, 2)?;
+        let q = self.exit(&seen, 1, exits)?;
+        let r = self.exit(&seen, 2, exits)?;
+        let (j, k) = (seen.form(q), seen.form(r));
         if q == r {
             return Some(Cuts::Once(q, j));
         }
@@ -76,23 +114,9 @@ impl Outline {
 
     /// The first bisector that the edge between corners 0 and `end` meets on its way from the one that is left.
     #[inline]
-    fn first(&self, seen: &Seen, end: usize) -> Option<(usize, Form)> {
+    fn exit(&self, seen: &Seen, end: usize, exits: &mut Exits) -> Option<usize> {
         let (from, to) = if self.single { (0, end) } else { (end, 0) };
-        let mut first: Option<(usize, Form)> = None;
-        for l in seen.doubtful_at(to) {
-            let form = seen.form(l);
-            if form.side(to)? == Sign::Positive {
-                continue;
-            }
-            if form.is_vague_on(from, to) {
-                return None;
-            }
-            first = match first {
-                Some((_, other)) if other.order_on_edge(&form, from, to)? == Sign::Positive => first,
-                _ => Some((l, form)),
-            };
-        }
-        first
+        exits.of([self.corners[from], self.corners[to]], || first(seen, from, to))
     }
 
     /// Whether bisectors `j` and `k`, on which Q and R are, meet within the triangle.
@@ -110,6 +134,26 @@ impl Outline {
     }
 }
 
+/// The first bisector that the edge between two corners of a triangle meets, where that is certain.
+#[inline]
+fn first(seen: &Seen, from: usize, to: usize) -> Option<usize> {
+    let mut first: Option<(usize, Form)> = None;
+    for l in seen.doubtful_at(to) {
+        let form = seen.form(l);
+        if form.side(to)? == Sign::Positive {
+            continue;
+        }
+        if form.is_vague_on(from, to) {
+            return None;
+        }
+        first = match first {
+            Some((_, other)) if other.order_on_edge(&form, from, to)? == Sign::Positive => first,
+            _ => Some((l, form)),
+        };
+    }
+    first.map(|(l, _)| l)
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
@@ -121,7 +165,7 @@ mod tests {
     #[test]
     fn pieces_are_those_that_points_of_the_triangle_say() {
         let mut rng = Rng::new(5, 0);
-        let mut seen = [0; 3];
+        let (mut seen, mut exits) = ([0; 3], Exits::default());
         for _ in 0..20_000 {
             let mut point = |size: f64| snap(DVec3::from_array([0; 3].map(|_| (rng.unit() - 0.5) * size)));
             let corners = [0; 3].map(|_| point(0.5));
@@ -135,7 +179,8 @@ mod tests {
             let Some(outline) = Outline::new([0, 1, 2], corners.map(|p| nearest(p).is_none())) else { continue };
             let mut planes = Planes::default();
             planes.set(pulp::Arch::new(), seed, &[0, 1, 2, 3, 4], &others, corners.into_iter());
-            let Some(cuts) = outline.cuts(&planes) else { continue };
+            exits.clear();
+            let Some(cuts) = outline.cuts(&planes, &mut exits) else { continue };
             let (kind, by) = match cuts {
                 Cuts::Once(j, _) => (0, vec![j]),
                 Cuts::Twice(both, ..) => (1, both.to_vec()),

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::bisector::View;
 use super::cell::Cell;
-use super::outline::{Cuts, Outline};
+use super::outline::{Cuts, Exits, Outline};
 use super::owners::Owners;
 use super::planes::Planes;
 use super::polygon::{Line, Polygon};
@@ -50,6 +50,7 @@ pub(super) struct Scene<'a> {
 struct Cutter<'a> {
     scene: Scene<'a>,
     planes: Planes,
+    exits: Exits,
     polygon: Polygon,
     slices: Slices,
     corners: Vec<DVec3>,
@@ -149,6 +150,7 @@ impl<'a> Cutter<'a> {
         Cutter {
             scene,
             planes: Planes::default(),
+            exits: Exits::default(),
             polygon: Polygon::default(),
             slices: Slices::default(),
             corners: Vec::new(),
@@ -220,6 +222,7 @@ impl<'a> Cutter<'a> {
     fn clear(&mut self) {
         self.triangles.clear();
         self.vertices.clear();
+        self.exits.clear();
     }
 
     /// One more triangle to be cut.
@@ -316,7 +319,7 @@ impl<'a> Cutter<'a> {
         if self.scene.weights.is_some() {
             return false;
         }
-        let Some(cuts) = outline.cuts(&self.planes) else { return false };
+        let Some(cuts) = outline.cuts(&self.planes, &mut self.exits) else { return false };
         let sheet = self.scene.sheet;
         let from_seed = &self.vertices.from_seed;
         let density = sheet.density_on(t, from_seed[places[0]]);

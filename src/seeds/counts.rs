@@ -66,6 +66,8 @@ pub(super) struct Demand<'a> {
     shell_least: Vec<usize>,
     /// The largest spacing allowed at each vertex; infinite where nothing is thin.
     limits: Vec<f64>,
+    /// The triangles with a limit at a vertex, ascending.
+    thin: Vec<u32>,
     /// The spacing below which limits were sought.
     sought: f64,
 }
@@ -128,6 +130,7 @@ impl<'a> Demand<'a> {
             tip_cells: 0.0,
             shell_least: Vec::new(),
             limits: vec![f64::INFINITY; surface.points().len()],
+            thin: Vec::new(),
             sought: COARSEST * surface.diagonal(),
         };
         let spacing = match target {
@@ -168,6 +171,9 @@ impl<'a> Demand<'a> {
     /// stay: those sought below a smaller spacing tell more of what is very thin.
     pub(super) fn limit(&mut self, limits: &[f64], sought: f64) {
         self.limits.iter_mut().zip(limits).for_each(|(old, new)| *old = old.min(*new));
+        let is_thin = |t: &[u32; 3]| t.iter().any(|&v| self.limits[v as usize] < f64::INFINITY);
+        self.thin.clear();
+        self.thin.extend((0..).zip(self.surface.triangles()).filter(|(_, t)| is_thin(t)).map(|(t, _)| t));
         self.sought = sought;
     }
 
@@ -285,12 +291,13 @@ impl<'a> Demand<'a> {
     fn surface_wanted(&self, h: f64, stretch: f64, on_curves: f64) -> f64 {
         let mut cells = 0.0;
         let mut plain = self.area;
-        for (t, v) in self.surface.triangles().iter().enumerate() {
+        for &t in &self.thin {
+            let v = self.surface.triangles()[t as usize];
             let relative = v.map(|v| self.relative[v as usize]);
             if v.iter().zip(relative).all(|(&v, r)| stretch * self.limits[v as usize] >= h * r) {
                 continue;
             }
-            let area = 0.5 * self.surface.normal2(t as u32).length();
+            let area = 0.5 * self.surface.normal2(t).length();
             plain -= area * mean_inverse_square(relative);
             cells += area * mean_inverse_square(v.map(|v| self.size(v, h, stretch))) / HEXAGON;
         }
