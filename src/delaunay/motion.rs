@@ -45,15 +45,19 @@ const LEAST_SAMPLE: usize = 512;
 /// As [`SUSPECTS`], of a sample.
 const SUSPECTS_SHARE: f64 = 1.0 / SUSPECTS as f64;
 
-/// Certificates are taken if a smaller share of tets than this would be tested after each motion.
+/// Certificates are taken if a smaller share of tets than this would be tested after each motion. What is due is scattered,
+/// and takes up to four times as long to test as tets in a row; less so where all tets stay in the cache of a core.
 const WORTH_WHILE: f64 = 0.18;
+const WORTH_WHILE_CACHED: f64 = 0.3;
+
+/// So many tets stay there.
+const CACHED: usize = 1 << 16;
 
 /// So many motions go by before it is asked again, if it was just not worth while: to ask costs a tenth of a test of all.
 const PATIENCE: f64 = 4.0;
 
-/// If certificates of more tets than this share have run out, all tets are tested, without. A test with a certificate takes
-/// some four times as long as one without: what is due is scattered.
-const RUN_OUT: f64 = 0.25;
+/// If certificates of so many times more tets than are worth while have run out, all tets are tested, without.
+const RUN_OUT: f64 = 1.4;
 
 /// Tets that a thread certifies before they are planned.
 const AT_ONCE: usize = 512;
@@ -189,6 +193,7 @@ impl Motion {
         report: &mut Relocation,
     ) -> Result<(Vec<u32>, Guard), GivenUp> {
         let count = self.mesh.vertices.len();
+        let worth_while = if count < CACHED { WORTH_WHILE_CACHED } else { WORTH_WHILE };
         let guard = self.mesh.guard(old, longest);
         if guard != Guard::Kept {
             // Certificates of the hull are for a point inside that is no longer the one.
@@ -197,7 +202,7 @@ impl Motion {
         self.certified &= filter == Filter::Certificates && self.schedule.goes_on();
         if self.certified {
             self.find_due();
-            if self.tested.len() as f64 <= RUN_OUT * count as f64 {
+            if self.tested.len() as f64 <= RUN_OUT * worth_while * count as f64 {
                 return Ok((self.test_due(report), guard));
             }
             self.certified = false;
@@ -206,11 +211,11 @@ impl Motion {
         self.wait = self.wait.saturating_sub(1);
         if certify && count >= LEAST_SAMPLE {
             let tested = self.sample();
-            if tested < WORTH_WHILE {
+            if tested < worth_while {
                 return Ok((self.test_all(report), guard));
             }
             // The more there would be to do, the later it is asked again.
-            self.wait = (PATIENCE * tested / WORTH_WHILE) as u32;
+            self.wait = (PATIENCE * tested / worth_while) as u32;
         }
         report.tets = count;
         let mut suspects = suspects(&self.mesh.points, &self.mesh.vertices, &self.mesh.opposite);

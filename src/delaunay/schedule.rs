@@ -3,7 +3,7 @@
 //! To take the steps of its own eight vertices off the certificate of each tet would cost nearly as much as to test the
 //! tets; to take off the longest step of all would waste them, for the longest is some fifty times the median. But a vertex
 //! goes about as far in one motion as in the one before. So each vertex has a **bound** for its steps, and what it did not use of
-//! it in earlier motions may be used later, up to [`SPARE`] bounds. A tet that is tested is due again when its certificate
+//! it in earlier motions may be used later, up to [`SPARE`] of a bound. A tet that is tested is due again when its certificate
 //! would have run out if all of its vertices had gone as far as they may: a number of motions, to be compared with a counter.
 //!
 //! 1. A vertex that goes farther than its bound and what it has to spare is **rash**: it gets a new bound, [`MARGIN`] times its
@@ -18,8 +18,8 @@ use super::facet::INFINITE;
 /// A bound is so many times the step that it was made for. With less, more vertices are rash; with more, tets are due sooner.
 const MARGIN: f32 = 2.0;
 
-/// So many bounds may be saved.
-const SPARE: f32 = 1.0;
+/// So much of a bound may be saved. With more, what is tested after each motion in any case is more.
+const SPARE: f32 = 0.25;
 
 /// A bound sinks to no less than this share of itself in a motion.
 const SINKING: f32 = 0.9;
