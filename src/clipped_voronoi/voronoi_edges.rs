@@ -48,6 +48,9 @@ pub(super) struct NotClosed;
 
 /// What a density makes of an edge: N numbers for each of its three cells.
 pub(super) trait Measure<const N: usize>: Sync {
+    /// Whether what is known at seeds and ends is asked for at all.
+    const VARIES: bool;
+
     /// What is known at the seeds of a facet.
     fn at_seeds(&self, facet: [u32; 3]) -> [f64; 3];
 
@@ -78,6 +81,8 @@ pub(super) struct Even;
 const MOMENTS: usize = 5;
 
 impl Measure<MOMENTS> for Even {
+    const VARIES: bool = false;
+
     #[inline(always)]
     fn at_seeds(&self, _: [u32; 3]) -> [f64; 3] {
         [1.0; 3]
@@ -261,9 +266,11 @@ impl<const N: usize> Plain<N> {
             (self.at[k][0][l], self.at[k][1][l], self.at[k][2][l]) = (x.x, x.y, x.z);
         }
         self.weights[l] = f64::from(edges.winding[to]);
-        let [p, q, r] = measure.at_seeds(facet);
-        let all = [p, q, r, measure.at_center(from), measure.at_center(to)];
-        all.into_iter().enumerate().for_each(|(k, x)| self.known[k][l] = x);
+        if M::VARIES {
+            let [p, q, r] = measure.at_seeds(facet);
+            let all = [p, q, r, measure.at_center(from), measure.at_center(to)];
+            all.into_iter().enumerate().for_each(|(k, x)| self.known[k][l] = x);
+        }
         self.facets[l] = facet;
     }
 

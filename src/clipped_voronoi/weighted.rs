@@ -101,6 +101,8 @@ pub(super) struct Weighted<'a> {
 }
 
 impl Measure<MOMENTS> for Weighted<'_> {
+    const VARIES: bool = true;
+
     #[inline(always)]
     fn at_seeds(&self, facet: [u32; 3]) -> [f64; 3] {
         facet.map(|i| self.weights.sizes[i as usize])
