@@ -45,6 +45,9 @@ const LEAST_SAMPLE: usize = 512;
 /// As [`SUSPECTS`], of a sample.
 const SUSPECTS_SHARE: f64 = 1.0 / SUSPECTS as f64;
 
+/// A sample is believed where it is so many standard deviations off.
+const DEVIATIONS: f64 = 4.0;
+
 /// Certificates are taken if a smaller share of tets than this would be tested after each motion. What is due is scattered,
 /// and takes up to four times as long to test as tets in a row; less so where all tets stay in the cache of a core.
 const WORTH_WHILE: f64 = 0.18;
@@ -110,7 +113,7 @@ impl Motion {
         report.all_tets = self.mesh.vertices.len();
         self.leaps.find(&self.steps2);
         if !self.ready {
-            if self.is_too_rough() {
+            if self.is_too_rough(0.0) {
                 report.seconds.filter = lap();
                 return Err(GivenUp);
             }
@@ -119,8 +122,8 @@ impl Motion {
         }
         self.leaps.keep_far(&self.mesh, old, &self.steps2);
         if !self.leaps.is_empty() {
-            // Nothing is taken out before it is known to be worth while.
-            if self.is_too_rough() {
+            // Nothing is taken out before it is known to be worth while; a sample that errs is no reason to build anew.
+            if self.is_too_rough(DEVIATIONS) {
                 report.seconds.filter = lap();
                 return Err(GivenUp);
             }
@@ -277,8 +280,8 @@ impl Motion {
     /// Whether a few tets show that so much has changed that building anew is faster: to be found out before anything else
     /// is done if what is kept from one motion to the next is not there yet.
     ///
-    /// Tets of vertices that leap are not asked, unless that is most of them.
-    fn is_too_rough(&mut self) -> bool {
+    /// Tets of vertices that leap are not asked, unless that is most of them. It must be so by as many standard `deviations`.
+    fn is_too_rough(&mut self, deviations: f64) -> bool {
         self.choose_sample();
         let Mesh { vertices, neighbors, points, .. } = &self.mesh;
         let corners = |&t: &u32| vertices[t as usize];
@@ -288,8 +291,8 @@ impl Motion {
         let sample = if 2 * resting.len() < self.tested.len() { &self.tested } else { &resting };
         let tets: Vec<[u32; 4]> = sample.iter().map(corners).collect();
         let opposite: Vec<[u32; 4]> = sample.iter().map(apexes).collect();
-        let most = SUSPECTS_SHARE + MANY as f64 / vertices.len() as f64;
-        suspects(points, &tets, &opposite).len() as f64 > most * tets.len() as f64
+        let (most, count) = (SUSPECTS_SHARE + MANY as f64 / vertices.len() as f64, tets.len() as f64);
+        suspects(points, &tets, &opposite).len() as f64 > most * count + deviations * (most * count).sqrt()
     }
 
     /// The share of tets that certificates would leave to be tested after each motion, judged by a few tets.
