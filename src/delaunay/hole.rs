@@ -6,6 +6,7 @@
 
 use super::facet::{INFINITE, OTHERS};
 use super::insert::Construction;
+use crate::geometry::triangle::from_least;
 
 /// A facet as three numbers, turned so that the least comes first: which side is meant is told by the order.
 pub type Turn = [u32; 3];
@@ -67,12 +68,5 @@ impl Hole {
 /// Facet `i` of a tet as seen from its vertex `i`.
 pub fn facet(tet: [u32; 4], i: usize) -> Turn {
     let (j, k, l) = OTHERS[i][0];
-    let [a, b, c] = [tet[j], tet[k], tet[l]];
-    if a < b && a < c {
-        [a, b, c]
-    } else if b < c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
+    from_least([tet[j], tet[k], tet[l]])
 }

@@ -4,8 +4,8 @@
 //! 1998, doi 10.1111/1467-8659.00236: sample one surface, take the distance of each sample to the other, both ways.
 //!
 //! 1. Samples: every vertex, and one point in each of [`SAMPLES`] parts of equal area, in the order of the triangles.
-//! 2. The distances of one in [`STRIDE`] of the latter to the other surface, by its box tree: their root mean square, both sides
-//!    weighing the same, and a first lower bound of the largest.
+//! 2. The distances of such points of fewer parts, one for [`STRIDE`] of these, to the other surface, by its box tree: their root
+//!    mean square, both sides weighing the same, and a first lower bound of the largest.
 //! 3. Hausdorff: the largest of all. Most of the others are soon seen to be closer than that bound.
 //!
 //! Where we depart: strata of equal area over the whole surface instead of a sampling rate per triangle, so that the
@@ -26,7 +26,7 @@ use crate::tet_mesh::TetMesh;
 /// Samples on each side, beside the vertices.
 pub const SAMPLES: usize = 100_000;
 
-/// The mean is that of one sample in so many.
+/// The mean is over one point for so many of the samples.
 const STRIDE: usize = 5;
 
 /// Samples that one task takes; sums run within and then over tasks, in order.
