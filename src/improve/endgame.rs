@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::change::Change;
-use super::complex::Complex;
+use super::complex::{Complex, NONE};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
@@ -144,61 +144,90 @@ enum Operation {
 /// Operations on edges that did not help, which neighbouring tets share, each with the commit then.
 type Vain = HashMap<(Operation, [u32; 2]), u32>;
 
-/// How many edges are tried for each vertex too many or too few.
-const EDGES_TRIED: usize = 400;
+/// Where edges that may be split or contracted begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    Inside,
+    /// On the boundary, where they end too.
+    Boundary,
+}
+
+impl Origin {
+    /// How many edges are tried for each vertex too many or too few: most of the boundary's hold on to creases and bends.
+    fn edges_tried(self) -> usize {
+        match self {
+            Origin::Inside => 400,
+            Origin::Boundary => 8000,
+        }
+    }
+}
 
 /// More than there are tets around nearly any edge.
 const TETS_AROUND: usize = 10;
 
 /// Splits or contracts edges until there are `count` vertices, without taking any tet below the floor, or below what
-/// there is. Whether that went.
+/// there is: edges from inside and, where these do not suffice as in thin solids, those between vertices of the boundary. Whether
+/// that went.
 pub(super) fn restore_count(complex: &mut Complex, ground: &Ground, work: &mut Worklist, count: usize) -> bool {
-    let mut change = Change::default();
     while complex.vertex_count() != count {
-        let shrink = complex.vertex_count() > count;
-        let many = complex.vertex_count().abs_diff(count);
-        let edges = inner_edges(complex, shrink, EDGES_TRIED * many);
-        let before = complex.vertex_count();
-        for [a, b] in edges {
-            if complex.vertex_count() == count {
-                break;
-            }
-            if complex.star(a).is_empty() || complex.star(b).is_empty() || !complex.has_edge(a, b) {
-                continue;
-            }
-            let mark = complex.mark();
-            // Nothing may fall below the floor; what is below it already may stay there.
-            let aim = Aim { treated: TREATED, least: 0.0, deficit: complex.deficit() * (1.0 + 1e-9) + 1e-15 };
-            let done = if shrink {
-                contract(complex, ground, [a, b], 0.2, &mut change)
-            } else {
-                split(complex, ground, [a, b], &mut change).is_some()
-            };
-            if done && work.work_since(complex, ground, mark, aim) {
-                complex.commit();
-            } else {
-                complex.rollback(mark);
-            }
-        }
-        if complex.vertex_count() == before {
+        let origins = [Origin::Inside, Origin::Boundary];
+        if !origins.into_iter().any(|origin| approach_count(complex, ground, work, (count, origin))) {
             return false;
         }
     }
     true
 }
 
-/// The first of the edges from a vertex inside: the shortest first, or the longest.
-fn inner_edges(complex: &Complex, shortest: bool, count: usize) -> Vec<[u32; 2]> {
+/// Splits or contracts some of the edges of one origin, as long as there are too few or too many vertices; whether one was.
+fn approach_count(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (count, origin): (usize, Origin),
+) -> bool {
+    let mut change = Change::default();
+    let before = complex.vertex_count();
+    let shrink = before > count;
+    for [a, b] in edges_from(complex, origin, shrink, origin.edges_tried() * before.abs_diff(count)) {
+        if complex.vertex_count() == count {
+            break;
+        }
+        if complex.star(a).is_empty() || complex.star(b).is_empty() || !complex.has_edge(a, b) {
+            continue;
+        }
+        let mark = complex.mark();
+        // Nothing may fall below the floor; what is below it already may stay there.
+        let aim = Aim { treated: TREATED, least: 0.0, deficit: complex.deficit() * (1.0 + 1e-9) + 1e-15 };
+        let done = if shrink {
+            contract(complex, ground, [a, b], 0.2, &mut change)
+        } else {
+            split(complex, ground, [a, b], &mut change).is_some()
+        };
+        if done && work.work_since(complex, ground, mark, aim) {
+            complex.commit();
+        } else {
+            complex.rollback(mark);
+        }
+    }
+    complex.vertex_count() != before
+}
+
+/// The first of the edges of one origin: the shortest first, or the longest.
+fn edges_from(complex: &Complex, origin: Origin, shortest: bool, count: usize) -> Vec<[u32; 2]> {
     // Each is there once for every tet around it.
     let mut first = First::new(TETS_AROUND * count);
     let sign = if shortest { 1.0 } else { -1.0 };
-    for tet in complex.tets.iter().filter(|t| t[0] != super::complex::NONE) {
+    for tet in complex.tets.iter().filter(|t| t[0] != NONE) {
         let bound = tet.map(|v| complex.on_boundary(v));
         let points = tet.map(|v| complex.points[v as usize]);
         for [i, j] in EDGES {
             let length2 = sign * points[i].distance_squared(points[j]);
             for [i, j] in [[i, j], [j, i]] {
-                if !bound[i] && (bound[j] || tet[i] < tet[j]) {
+                let fits = match origin {
+                    Origin::Inside => !bound[i] && (bound[j] || tet[i] < tet[j]),
+                    Origin::Boundary => bound[i] && bound[j],
+                };
+                if fits {
                     first.add((length2, [tet[i], tet[j]]));
                 }
             }

@@ -1,8 +1,10 @@
 use super::*;
 use crate::improve::bind;
 use crate::improve::change::Change;
+use crate::improve::endgame::restore_count;
 use crate::improve::faces::remove_faces;
 use crate::improve::flips::remove_edge;
+use crate::improve::floor::Worklist;
 use crate::improve::ground::Ground;
 use crate::improve::measure::INVERTED;
 use crate::improve::resize::{contract, split};
@@ -142,11 +144,16 @@ fn volume(complex: &Complex) -> f64 {
 
 /// Calls `test` with the grid of 4^3 small cubes in the box, and with what holds it to its surface.
 fn on_grid(test: impl FnOnce(Complex, &Ground)) {
+    on_grid_of(4, test);
+}
+
+/// The same with the grid of n^3 small cubes.
+fn on_grid_of(n: u32, test: impl FnOnce(Complex, &Ground)) {
     let surface = cube();
     let features = Features::find(&surface, 40.0);
     let twin = edges::twins(surface.triangles());
     let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
-    test(grid(&surface, &features, 4), &ground);
+    test(grid(&surface, &features, n), &ground);
 }
 
 #[test]
@@ -223,4 +230,23 @@ fn vertices_of_the_boundary_that_all_but_coincide_are_contracted() {
         assert_eq!(complex.vertex_count(), count);
         assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
     });
+}
+
+/// A coarse grid has one vertex inside, or none: that is not enough to make the count right.
+#[test]
+fn the_count_is_made_right_on_the_boundary_where_little_is_inside() {
+    for (n, count) in [(2, 27 - 5), (1, 8 + 3)] {
+        on_grid_of(n, |mut complex, ground| {
+            let whole = volume(&complex);
+            complex.set_floor(0.1);
+            let mut work = Worklist::new(1000);
+            assert!(restore_count(&mut complex, ground, &mut work, count), "not to {count}");
+            assert_eq!(complex.vertex_count(), count);
+            assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+            // Creases keep their corners, and are edges of two facets each.
+            let corners = (0..complex.points.len() as u32).filter(|&v| complex.freedom[v as usize] == Freedom::Fixed);
+            assert!(corners.filter(|&v| complex.along_creases(v).count() == 3).count() == 8);
+            assert!(complex.creases.iter().all(|&edge| complex.edge_facets(edge).len() == 2));
+        });
+    }
 }
