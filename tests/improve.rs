@@ -38,7 +38,7 @@ fn models_reach_the_floor_and_keep_what_they_had() {
         ("torus", 2000, 35.0),
         ("cube", 1000, 35.0),
         ("hollow_cube", 2000, 35.0),
-        ("thin_plate", 1500, 20.0),
+        ("thin_plate", 1500, 27.0),
     ] {
         let surface = surface(name);
         let (before, rough) = meshed(&surface, &Params { improve: false, ..params(count) });

@@ -21,7 +21,7 @@ pub(super) const WORSE: f64 = 0.05;
 pub(super) struct Game {
     /// How far facets of the boundary may stray, as a share of their size.
     pub strays: f64,
-    /// Tets treated at most until its end, over all.
+    /// Tets treated at most, over the mesh's, beside what the games before left over; urgent ones [`URGENT_SHARE`] times as many.
     pub share: f64,
     /// Tets treated after an operation before it is judged.
     pub followed: usize,
@@ -29,19 +29,35 @@ pub(super) struct Game {
     pub splits: bool,
 }
 
-/// How many tets are treated at most, in all: while the tet at hand is urgent, and for others.
+/// Tets are urgent below this share of the floor.
+const URGENT: f64 = 6.0 / 7.0;
+
+/// For urgent tets so many times more may be treated.
+const URGENT_SHARE: usize = 4;
+
+/// How many tets may still be treated: while the tet at hand is urgent, and for others, from whom urgent ones take nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
     pub urgent: usize,
     pub usual: usize,
 }
 
-/// Tets are urgent below this share of the floor.
-const URGENT: f64 = 6.0 / 7.0;
+impl Budget {
+    /// The same for urgent tets and for others.
+    pub(super) fn even(treated: usize) -> Budget {
+        Budget { urgent: treated, usual: treated }
+    }
+
+    /// Allows so many more for usual tets, and a multiple of that for urgent ones.
+    pub(super) fn extend(&mut self, usual: usize) {
+        self.usual += usual;
+        self.urgent += URGENT_SHARE * usual;
+    }
+}
 
 /// Tries flips, contractions and splits around the tets that are left, until none helps or as many tets were treated as the budget
 /// allows.
-pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (game, budget): (&Game, Budget)) {
+pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (game, budget): (&Game, &mut Budget)) {
     // The commit at which nothing helped a tet, by slot, and at which an operation on an edge did not help.
     let mut hopeless: Vec<u32> = Vec::new();
     let mut vain = Vain::new();
@@ -57,14 +73,17 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (
                 continue;
             }
             let is_urgent = complex.quality[t as usize] < URGENT * complex.floor();
-            if work.treated() >= if is_urgent { budget.urgent } else { budget.usual } {
+            let allowed = if is_urgent { &mut budget.urgent } else { &mut budget.usual };
+            if *allowed == 0 {
                 continue;
             }
+            let before = work.treated();
             if resolve(complex, ground, work, (t, game), &mut vain) {
                 gained = true;
             } else {
                 hopeless[t as usize] = complex.commits() + 1;
             }
+            *allowed = allowed.saturating_sub(work.treated() - before);
         }
         if !gained {
             return;

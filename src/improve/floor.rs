@@ -40,7 +40,7 @@ pub(super) struct Worklist {
     pub(super) follows: bool,
     /// The commit at which nothing helped a tet, by slot.
     hopeless: Vec<u32>,
-    /// Tets treated so far, and at most.
+    /// Tets treated so far, and how many end [`Worklist::run`].
     treated: usize,
     most: usize,
 }
@@ -52,7 +52,7 @@ fn key(quality: f64) -> u64 {
 }
 
 impl Worklist {
-    /// A list that treats so many tets at most, in all.
+    /// A list that [`Worklist::run`] works off until so many tets were treated in all.
     pub(super) fn new(most: usize) -> Worklist {
         Worklist { most, ..Worklist::default() }
     }
@@ -71,7 +71,7 @@ impl Worklist {
                 self.push(complex, t);
             }
         }
-        let until = last.min(self.treated + TREATED_LEAST + TREATED_EACH * self.heap.len());
+        let until = last.min(self.most).min(self.treated + TREATED_LEAST + TREATED_EACH * self.heap.len());
         while let Some(t) = self.next(complex) {
             if self.treated >= until {
                 break;
@@ -157,9 +157,6 @@ impl Worklist {
     /// Improves the neighbourhood of one tet; whether that went.
     fn treat(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         self.near.clear();
-        if self.treated == self.most {
-            return false;
-        }
         self.treated += 1;
         if self.flip(complex, ground, t) || self.smooth(complex, ground, t) {
             self.push_around(complex);

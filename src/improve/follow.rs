@@ -107,8 +107,7 @@ pub(super) fn run_last(complex: &mut Complex, ground: &Ground, work: &mut Workli
             if !draw_in(complex, ground, work, (place, Bounds { close, lack, kept })) {
                 continue;
             }
-            let most = work.treated() + TREATED_LAST;
-            endgame::run(complex, loose, work, (game, Budget { urgent: most, usual: most }));
+            endgame::run(complex, loose, work, (game, &mut Budget::even(TREATED_LAST)));
             // What the endgame did may stray itself.
             let worst = || places::find(complex, ground, (close, before.commits())).first().map_or(0.0, |p| p.distance);
             if complex.deficit() <= deficit && worst() <= kept * place.distance {

@@ -90,23 +90,22 @@ const POLISH_ROUNDS: usize = 2;
 /// The endgames, with a polish after each.
 const GAMES: [Game; 6] = [
     Game { strays: 0.1, share: 0.3, followed: 16, splits: false },
-    Game { strays: 0.1, share: 0.9, followed: 40, splits: true },
-    Game { strays: 0.15, share: 1.2, followed: 40, splits: true },
-    Game { strays: 0.15, share: 1.5, followed: 64, splits: true },
-    Game { strays: 0.2, share: 1.8, followed: 100, splits: true },
-    Game { strays: 0.3, share: 2.1, followed: 100, splits: true },
+    Game { strays: 0.1, share: 0.6, followed: 40, splits: true },
+    Game { strays: 0.15, share: 0.3, followed: 40, splits: true },
+    Game { strays: 0.15, share: 0.3, followed: 64, splits: true },
+    Game { strays: 0.2, share: 0.3, followed: 100, splits: true },
+    Game { strays: 0.3, share: 0.3, followed: 100, splits: true },
 ];
 
-/// Tets that the endgames may treat at least.
-const ENDGAME_LEAST: usize = 4_000;
-
-/// For tets far below the floor so many times more.
-const URGENT_SHARE: f64 = 4.0;
+/// Tets that the endgames may treat, urgent ones and as many others, however small the mesh is: that takes a second or two where
+/// half of its tets need it.
+const ENDGAME_LEAST: usize = 80_000;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
 const STRAYS: f64 = 0.1;
 
-/// Tets treated in all, over the mesh's: far more than are needed, but where walls are thinner than the spacing.
+/// Outside the endgames no list is worked on after so many tets treated in all, over the mesh's: far more than are needed, but where
+/// walls are thinner than the spacing.
 const TREATED: usize = 12;
 
 /// The floor is raised by so much, where that stays below the angle after it (degrees) and no more than this share of the
@@ -196,10 +195,9 @@ fn passes(
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5. What is aimed at beyond the floor that was asked for is not worth an endgame.
     complex.set_floor(asked);
-    let share = |share: f64| work.treated() + ((complex.tets.len() as f64 * share) as usize).max(ENDGAME_LEAST);
-    let budgets = GAMES.map(|g| Budget { urgent: share(URGENT_SHARE * g.share), usual: share(g.share) });
+    let mut budget = Budget::even(ENDGAME_LEAST);
     let mut bound = STRAYS;
-    for (number, (game, budget)) in GAMES.iter().zip(budgets).enumerate() {
+    for (number, game) in GAMES.iter().enumerate() {
         let loose = &ground.loosened(&complex.facets, game.strays);
         if game.strays > bound {
             work.forget();
@@ -212,7 +210,8 @@ fn passes(
             break;
         }
         let (before, begun) = (complex.clone(), complex.commits());
-        endgame::run(complex, loose, work, (game, budget));
+        budget.extend((complex.tets.len() as f64 * game.share) as usize);
+        endgame::run(complex, loose, work, (game, &mut budget));
         if !endgame::restore_count(complex, ground, work, count) {
             *complex = before;
             work.forget();
@@ -220,7 +219,7 @@ fn passes(
         polish::run(complex, ground, begun);
         // Only where the endgame could not help is a corner let off: the mesh loses a detail of the surface there.
         bind::release(complex, ground);
-        work.run(complex, loose, budget.urgent);
+        work.run(complex, loose, work.treated() + budget.urgent);
     }
     // 6.
     polish::run(complex, ground, 0);
