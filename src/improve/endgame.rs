@@ -1,4 +1,4 @@
-//! The last tets below the floor, by splits and contractions of edges; and the count of vertices, made right again.
+//! The last tets below the floor, by flips, contractions and splits of edges and splits of facets; and the count of vertices, made right again.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use super::complex::{Complex, NONE};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
-use super::resize::{contract, split};
+use super::resize::{contract, split, split_facet};
 use crate::geometry::tetrahedron::EDGES;
 
 /// Tets treated after an operation for the sake of the count before it is judged.
@@ -99,7 +99,7 @@ pub(super) fn left(complex: &Complex) -> Vec<u32> {
     left
 }
 
-/// Tries an operation on each of a tet's edges, keeps the first that helps; whether one did.
+/// Tries an operation on each of a tet's edges, in the end splits of its facets; keeps the first that helps. Whether one did.
 fn resolve(
     complex: &mut Complex,
     ground: &Ground,
@@ -109,7 +109,6 @@ fn resolve(
 ) -> bool {
     let mut change = Change::default();
     let tet = complex.tets[t as usize];
-    let deficit = complex.deficit() * (1.0 - 1e-9) - 1e-12;
     let operations: &[Operation] = if work.keeps_vertices {
         &[Operation::Flip]
     } else if !game.splits {
@@ -124,32 +123,44 @@ fn resolve(
                 if tried.is_some_and(|since| !ends.iter().any(|&v| complex.changed_beside(v, since))) {
                     continue;
                 }
-                // None may be worse than the worst there was.
-                let star = ends.iter().flat_map(|&v| complex.star(v));
-                let least = star.map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min) - 1e-9;
-                let mark = complex.mark();
-                let done = match operation {
-                    _ if ends[0] > ends[1] && operation != Operation::Contraction => false,
-                    Operation::Flip => {
-                        let possible = remove_edge(complex, ground, ends, WORSE, &mut change);
-                        if possible {
-                            change.apply(complex);
-                        }
-                        possible
-                    }
-                    Operation::Contraction => contract(complex, ground, ends, WORSE, &mut change),
-                    Operation::Split => split(complex, ground, ends, &mut change).is_some(),
-                };
-                if done && work.work_since(complex, ground, mark, Aim { treated: game.followed, least, deficit }) {
-                    complex.commit();
+                let make = |complex: &mut Complex| operation.make(complex, ground, ends, &mut change);
+                if attempt(complex, ground, work, (&ends, game), make) {
                     return true;
                 }
-                complex.rollback(mark);
                 vain.insert((operation, ends), complex.commits());
             }
         }
     }
-    false
+    game.splits
+        && !work.keeps_vertices
+        && (0..4).any(|i| {
+            let facet = complex.facet_of(t, i);
+            let make = |complex: &mut Complex| split_facet(complex, (t, facet), &mut change);
+            attempt(complex, ground, work, (&tet, game), make)
+        })
+}
+
+/// Makes a change around some vertices and improves what it touched; takes it back unless that helped. Whether it did.
+fn attempt(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (around, game): (&[u32], &Game),
+    make: impl FnOnce(&mut Complex) -> bool,
+) -> bool {
+    // None may be worse than the worst there was.
+    let star = around.iter().flat_map(|&v| complex.star(v));
+    let least = star.map(|&t| complex.quality[t as usize]).fold(f64::INFINITY, f64::min) - 1e-9;
+    let deficit = complex.deficit() * (1.0 - 1e-9) - 1e-12;
+    let mark = complex.mark();
+    let helped =
+        make(complex) && work.work_since(complex, ground, mark, Aim { treated: game.followed, least, deficit });
+    if helped {
+        complex.commit();
+    } else {
+        complex.rollback(mark);
+    }
+    helped
 }
 
 /// What is tried on an edge, though it may gain nothing by itself.
@@ -158,6 +169,24 @@ enum Operation {
     Flip,
     Contraction,
     Split,
+}
+
+impl Operation {
+    /// Makes it on an edge; whether that was possible.
+    fn make(self, complex: &mut Complex, ground: &Ground, ends: [u32; 2], change: &mut Change) -> bool {
+        match self {
+            Operation::Contraction => contract(complex, ground, ends, WORSE, change),
+            _ if ends[0] > ends[1] => false,
+            Operation::Flip => {
+                let possible = remove_edge(complex, ground, ends, WORSE, change);
+                if possible {
+                    change.apply(complex);
+                }
+                possible
+            }
+            Operation::Split => split(complex, ground, ends, change).is_some(),
+        }
+    }
 }
 
 /// Operations on edges that did not help, which neighbouring tets share, each with the commit then.

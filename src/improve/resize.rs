@@ -1,4 +1,4 @@
-//! Splits and contracts edges.
+//! Splits and contracts edges, splits facets.
 
 use glam::DVec3;
 
@@ -9,6 +9,7 @@ use super::ground::Ground;
 use super::measure;
 use crate::geometry::frame::snap;
 use crate::geometry::tetrahedron::FACETS;
+use crate::geometry::triangle;
 
 /// Splits edge (a, b) in the middle, of a crease on its curve; the new vertex, unless a tet would be flat or a facet stray.
 pub(super) fn split(complex: &mut Complex, ground: &Ground, edge: [u32; 2], change: &mut Change) -> Option<u32> {
@@ -62,6 +63,30 @@ pub(super) fn split_at(
     }
     change.apply(complex);
     Some(m)
+}
+
+/// Splits a facet of tet `t` at its centroid, unless it is of the boundary or a tet would be flat; whether that went. Where all edges
+/// of a tet are on the boundary, this is the way to a vertex inside.
+pub(super) fn split_facet(complex: &mut Complex, (t, facet): (u32, [u32; 3]), change: &mut Change) -> bool {
+    let Some(u) = complex.across(t, facet) else { return false };
+    let [a, b, c] = complex.corners(facet);
+    let (point, region) = (snap(triangle::centroid(a, b, c)), complex.region[facet[0] as usize]);
+    let mark = complex.mark();
+    let m = complex.add_vertex(Vertex { point, freedom: Freedom::Inside, region });
+    change.clear();
+    change.old_tets.extend([t, u]);
+    for tet in [t, u].map(|t| complex.tets[t as usize]) {
+        for corner in facet {
+            let tet = tet.map(|v| if v == corner { m } else { v });
+            change.new_tets.push((tet, measure::quality(complex.corners(tet))));
+        }
+    }
+    if change.new_tets.iter().any(|t| t.1 <= 0.0) {
+        complex.rollback(mark);
+        return false;
+    }
+    change.apply(complex);
+    true
 }
 
 /// Where the vertex in the middle of an edge goes, and how it may move from there.

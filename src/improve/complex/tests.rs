@@ -7,7 +7,7 @@ use crate::improve::flips::remove_edge;
 use crate::improve::floor::Worklist;
 use crate::improve::ground::Ground;
 use crate::improve::measure::INVERTED;
-use crate::improve::resize::{contract, split};
+use crate::improve::resize::{contract, split, split_facet};
 use crate::improve::walk::Walk;
 use crate::rng::Rng;
 use crate::surface::Surface;
@@ -118,11 +118,15 @@ fn change_something(complex: &mut Complex, ground: &Ground, rng: &mut Rng) -> bo
     }
     let tet = complex.tets[t as usize];
     let [i, j] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]][(rng.bits() % 6) as usize];
-    match rng.bits() % 5 {
+    match rng.bits() % 6 {
         0 => remove_edge(complex, ground, [tet[i], tet[j]], 0.0, &mut change).then(|| change.apply(complex)).is_some(),
         1 => remove_faces(complex, t, i, 0.0, &mut change).then(|| change.apply(complex)).is_some(),
         2 => split(complex, ground, [tet[i], tet[j]], &mut change).is_some(),
         3 => contract(complex, ground, [tet[i], tet[j]], 0.0, &mut change),
+        4 => {
+            let facet = complex.facet_of(t, i);
+            split_facet(complex, (t, facet), &mut change)
+        }
         _ => match ground.place(complex, tet[i], rng.in_cube() * 1e-3) {
             Some((to, freedom)) => {
                 complex.move_vertex(tet[i], to, freedom);
@@ -249,4 +253,24 @@ fn the_count_is_made_right_on_the_boundary_where_little_is_inside() {
             assert!(complex.creases.iter().all(|&edge| complex.edge_facets(edge).len() == 2));
         });
     }
+}
+
+#[test]
+fn a_facet_inside_is_split_into_three_and_one_of_the_boundary_is_not() {
+    on_grid(|mut complex, _| {
+        let whole = volume(&complex);
+        for t in 0..200 {
+            let mark = complex.mark();
+            for i in 0..4 {
+                let facet = complex.facet_of(t, i);
+                let (count, tets) = (complex.vertex_count(), complex.tets.len() - complex.free_tets.len());
+                let inside = complex.facet(facet).is_none();
+                assert_eq!(split_facet(&mut complex, (t, facet), &mut Change::default()), inside);
+                assert_eq!(complex.vertex_count(), count + usize::from(inside));
+                assert_eq!(complex.tets.len() - complex.free_tets.len(), tets + if inside { 4 } else { 0 });
+                assert!((volume(&complex) / whole - 1.0).abs() < 1e-12);
+                complex.rollback(mark);
+            }
+        }
+    });
 }
