@@ -6,16 +6,17 @@
 //! vertex v goes mv = n bv in all, bv its bound, and none of them farther than m = n b.
 //!
 //! - Seen from c, the five points are rows (y, |y|² - R², 1) of F: all of the third column are zero but P. After the motion
-//!   they are at most rj = 2R mj + m² in size, and P has lost at most 2 |q - c| mq + m². Expand F by that column: with D, and the
+//!   they are at most rj = 2R mj + m² in size, and P has lost at most 2 |q - c| mq. Expand F by that column: with D, and the
 //!   determinants D βj of the tets with q in place of xj, having changed by at most d and dj,
-//!   F' >= F - (2 |q - c| mq + m²) D - P d - Σ rj (D |βj| + dj).
+//!   F' >= F - 2 |q - c| mq D - P d - Σ rj (D |βj| + dj).
 //! - A determinant changes by at most Σ Nj mj, Nj the lengths of its four normals, and terms of higher order: for D
-//!   that is d <= N m + 12.5 l m², N = 2 √(sum of squares of the normals), l the longest of the edges at x0, if m <= l/16. With
-//!   k = |q - x0|, S = D Σ|βj|, Σ dj <= (12 l² + 18 lk) m + ..., and all terms of second and higher order of the last sum come
-//!   to at most (S + 2R (16 l² + 21 lk)) m².
-//! - As 2 |q - c| D = √(|2DR|² + 4DF) <= 2DR + 2F/l (2R >= l), 21 lk <= 16 l² + 7 k² and D <= S, all in all
+//!   that is d <= N m + 12.5 l m², N = 2 √(sum of squares of the normals), l the longest of the edges at x0, if m <= l/16.
+//! - With q in place of xj there are six new facets, each of them twice, of areas below half of sa sb, where sa = |xa - q|. With
+//!   T = Σ sa² these come to Σ sa sb <= 1.5 T, so Σ dj <= (N + 3T) m + 24 √T m² + 32 m³, and as m <= l/16 and l <= 2R,
+//!   Σ rj dj <= 2R (1.07 N + 4T + 0.95 l²) m².
+//! - As 2 |q - c| D = √(|2DR|² + 4DF) <= 2DR + 2F/l, with S = D Σ|βj|, all in all
 //!   F' >= F - G n - K n² with G = 2R D (bq + Σ |βj| bj) + 2F bq/l + N P b and
-//!   K = (2S + 2R (32 l² + 7 k²) + 12.5 l P) b².
+//!   K = (S + 2R (1.07 N + 4T + 0.95 l²) + 12.5 l P) b².
 //!   That is positive for n = F / (G + √(K F)); likewise D' for n = D / (N' + b √(12.5 l D)), N' = 2 √(Σ (Nj bj)²).
 //!
 //! Rounding: F and D enter as what is sure of them, the rest with room for its errors, and a millionth is taken off
@@ -31,19 +32,9 @@
 
 use std::array::from_fn;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
-use super::detect::{LANES, Lanes, TINY, U, from, gather, is_left_to_other, larger};
-use super::facet::INFINITE;
+use super::detect::{Gathered, LANES, Lanes, TINY, U, from, is_left_to_other, larger};
 use super::flip::Mesh;
 use crate::geometry::triples::{cross, dot, minus};
-
-/// Tets that one thread tests in a row.
-const CHUNK: usize = 2048;
-
-/// Tets whose vertices are looked up in a row, so that one need not wait for the other.
-const ROW: usize = 64;
 
 /// A tet without a certificate: it is tested after each motion.
 pub const NONE: f32 = -1.0;
@@ -54,79 +45,30 @@ pub const LEAST_BOUND: f32 = 1e-30;
 /// Room for rounding.
 const SHORT: f64 = 1.0 - 1e-6;
 
-/// Tests tets; the motions that each is good for, given each vertex's bound, are left in `found`, [`NONE`] for what could
-/// not be cleared.
-pub fn certify(mesh: &Mesh, tets: &[u32], bounds: &[f32], found: &mut Vec<f32>) {
-    found.clear();
-    found.resize(tets.len(), NONE);
-    let chunk = |(tets, found): (&[u32], &mut [f32])| {
-        pulp::Arch::new().dispatch(Batch { mesh, tets, bounds, found });
-        for (&t, found) in tets.iter().zip(found) {
-            if mesh.vertices[t as usize][3] == INFINITE {
-                *found = rounded(hull_certificate(mesh, bounds, t));
-            }
-        }
-    };
-    if rayon::current_num_threads() == 1 || tets.len() <= CHUNK {
-        chunk((tets, found));
-    } else {
-        tets.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK)).for_each(chunk);
-    }
-}
-
 /// A certificate as it is stored.
 #[inline(always)]
-fn rounded(n: f64) -> f32 {
+pub fn rounded(n: f64) -> f32 {
     if n > 0.0 { (n * SHORT) as f32 } else { NONE }
 }
 
-/// Tets to be tested; compiled for each width of vectors, like the test of all.
-struct Batch<'a> {
-    mesh: &'a Mesh,
-    tets: &'a [u32],
-    bounds: &'a [f32],
-    found: &'a mut [f32],
-}
-
-impl pulp::WithSimd for Batch<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Batch { mesh, tets, bounds, found } = self;
-        let (mut vertices, mut opposite) = ([[INFINITE; 4]; ROW], [[INFINITE; 4]; ROW]);
-        for (tets, found) in tets.chunks(ROW).zip(found.chunks_mut(ROW)) {
-            for ((&t, v), q) in tets.iter().zip(&mut vertices).zip(&mut opposite) {
-                (*v, *q) = (mesh.vertices[t as usize], mesh.opposite[t as usize]);
-            }
-            let blocks = vertices.as_chunks().0.iter().zip(opposite.as_chunks().0);
-            for (found, (vertices, opposite)) in found.chunks_mut(LANES).zip(blocks) {
-                let motions = test(&mesh.points, bounds, vertices, opposite);
-                for (found, n) in found.iter_mut().zip(motions) {
-                    *found = rounded(n);
-                }
-            }
-        }
-    }
-}
-
-/// The bounds of corners, and then of apexes; that of the infinite vertex, which is never asked for, is that of the last one.
-#[inline(always)]
-fn gather_bounds(bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> [Lanes; 8] {
-    let Some(last) = bounds.len().checked_sub(1) else { return [[0.0; LANES]; 8] };
-    let vertex = |k: usize, l: usize| if k < 4 { vertices[l][k] } else { opposite[l][k - 4] };
-    from_fn(|k| from_fn(|l| f64::from(bounds[(vertex(k, l) as usize).min(last)])))
+/// Tets in a row of vectors: where their corners are, then the apexes, and their bounds.
+#[derive(Clone, Copy, Default)]
+pub struct Block {
+    pub at: Gathered,
+    pub reach: [[f32; LANES]; 8],
 }
 
 /// The motions that tets are good for, zero or less for none.
 #[inline(always)]
-fn test(points: &[DVec3], bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    let (at, reach) = (gather(points, vertices, opposite), gather_bounds(bounds, vertices, opposite));
-    let [origin, others @ ..] = &at;
+pub fn test<const FACETS: usize>(block: &Block) -> Lanes {
+    let Block { at, reach } = block;
+    let reach: [Lanes; 8] = reach.map(|bounds| bounds.map(f64::from));
+    let [origin, others @ ..] = at;
     // Numbers of each tet, which its facets share.
     let [mut det, mut sure, mut square, mut long, mut most, mut good] = [[0.0; LANES]; 6];
     let [mut size, mut diameter, mut flattening, mut with_p, mut with_q] = [[0.0; LANES]; 5];
-    let (mut normals, mut center) = ([[[0.0; LANES]; 3]; 3], [[0.0; LANES]; 3]);
+    let (mut normals, mut center, mut edges) = ([[[0.0; LANES]; 3]; 3], [[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    let mut sides = [0.0; LANES];
     // The least of the quotients, without dividing for each.
     let [mut above, mut below] = [[0.0; LANES]; 2];
     for l in 0..LANES {
@@ -149,10 +91,8 @@ fn test(points: &[DVec3], bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite
         above[l] = certain;
         below[l] = 2.0 * weighted.sqrt() + (rounding + (12.5 * length * certain).sqrt()) * b;
         // For the facets.
-        for i in 0..4 {
-            let other = is_left_to_other(vertices[l][i], opposite[l][i]);
-            let far = if other { 0.0 } else { reach[4 + i][l] };
-            b = larger(b, far);
+        for i in 0..FACETS {
+            b = larger(b, reach[4 + i][l]);
         }
         let all = (squares[0] + squares[1]) + (squares[2] + squares[3]);
         for c in 0..3 {
@@ -160,6 +100,7 @@ fn test(points: &[DVec3], bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite
             normals[1][c][l] = wu[c];
             normals[2][c][l] = uv[c];
             center[c][l] = a[c];
+            edges[c][l] = u[c] + v[c] + w[c];
         }
         det[l] = d;
         sure[l] = certain;
@@ -167,14 +108,16 @@ fn test(points: &[DVec3], bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite
         size[l] = dot(a, a).sqrt() + 100.0 * U * m * m;
         diameter[l] = size[l] * inverse;
         flattening[l] = 12.5 * length * inverse;
-        with_p[l] = (2.0 * all.sqrt() + rounding) * inverse;
+        let facets = 2.0 * all.sqrt() + rounding;
+        sides[l] = 1.07 * facets + 4.0 * (uu + vv + ww) + 0.95 * m;
+        with_p[l] = facets * inverse;
         with_q[l] = 2.0 / length;
         square[l] = m;
         long[l] = length;
         most[l] = b;
-        good[l] = if (certain > 0.0) & (m > TINY) & (vertices[l][3] != INFINITE) { 1.0 } else { 0.0 };
+        good[l] = if (certain > 0.0) & (m > TINY) { 1.0 } else { 0.0 };
     }
-    for i in 0..4 {
+    for i in 0..FACETS {
         for l in 0..LANES {
             let (d, sure, m, length, b) = (det[l], sure[l], square[l], long[l], most[l]);
             let normal = |k: usize| [normals[k][0][l], normals[k][1][l], normals[k][2][l]];
@@ -192,11 +135,11 @@ fn test(points: &[DVec3], bounds: &[f32], vertices: &[[u32; 4]; LANES], opposite
             let moved = (b0 * reach[0][l] + b1 * reach[1][l]) + (b2 * reach[2][l] + b3 * reach[3][l]) + rounding * b;
             let own = reach[4 + i][l];
             let slope = size[l] * own + diameter[l] * moved + (with_q[l] * own + with_p[l] * b) * at_most;
-            let rest = 2.0 * tets + diameter[l] * (32.0 * m + 7.0 * qq) + flattening[l] * at_most;
+            let along = dot(q, [edges[0][l], edges[1][l], edges[2][l]]);
+            let rest = tets + diameter[l] * (sides[l] + 16.0 * qq - 8.0 * along) + flattening[l] * at_most;
             let bound = slope + (rest * at_most).sqrt() * b;
-            let left = is_left_to_other(vertices[l][i], opposite[l][i]);
-            good[l] = if (f > 0.0) | left { good[l] } else { 0.0 };
-            let lower = (f * below[l] < above[l] * bound) & !left;
+            good[l] = if f > 0.0 { good[l] } else { 0.0 };
+            let lower = f * below[l] < above[l] * bound;
             above[l] = if lower { f } else { above[l] };
             below[l] = if lower { bound } else { below[l] };
         }
@@ -222,7 +165,7 @@ fn scaled(a: [f64; 3], by: f64) -> [f64; 3] {
 
 /// The certificate of an infinite tet: that its facet turns its inner side to the point inside, and to the vertices across
 /// those of its edges that it answers for.
-fn hull_certificate(mesh: &Mesh, bounds: &[f32], t: u32) -> f64 {
+pub fn hull_certificate(mesh: &Mesh, bounds: &[f32], t: u32) -> f64 {
     let [a, b, c, _] = mesh.vertices[t as usize];
     let facet = [a, b, c].map(|v| mesh.at(v).to_array());
     let reach = |v: u32| f64::from(bounds[v as usize]);
@@ -254,13 +197,17 @@ fn orientation_certificate([a, b, c]: [[f64; 3]; 3], d: [f64; 3]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::delaunay::Delaunay;
+    use crate::delaunay::facet::INFINITE;
+    use crate::delaunay::rows::certify;
     use crate::geometry::predicates::{Sign, insphere, orient3d};
     use crate::rng::Rng;
 
-    fn mesh_of(points: &[DVec3]) -> Mesh {
+    pub fn mesh_of(points: &[DVec3]) -> Mesh {
         let delaunay = Delaunay::build(points).expect("these points have tets");
         let mut mesh = Mesh::default();
         mesh.points = points.to_vec();
@@ -271,7 +218,7 @@ mod tests {
         mesh
     }
 
-    fn point_sets() -> Vec<Vec<DVec3>> {
+    pub fn point_sets() -> Vec<Vec<DVec3>> {
         let mut rng = Rng::new(5, 0);
         let mut point = || DVec3::new(rng.unit(), rng.unit(), rng.unit());
         let uniform: Vec<DVec3> = (0..300).map(|_| point()).collect();
@@ -336,22 +283,5 @@ mod tests {
         }
         // They are not idle: most tets do change at a few times the distance.
         assert!(certified > 5000 && 2 * near > certified, "{near} of {certified}");
-    }
-
-    #[test]
-    fn every_width_of_vectors_gives_the_same_certificates() {
-        for points in point_sets() {
-            let mesh = mesh_of(&points);
-            let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-            let bounds: Vec<f32> = (0..points.len()).map(|v| 1e-3 + (v % 7) as f32 * 1e-4).collect();
-            let mut expected = Vec::new();
-            certify(&mesh, &all, &bounds, &mut expected);
-            let mut plain = vec![NONE; all.len()];
-            let batch = Batch { mesh: &mesh, tets: &all, bounds: &bounds, found: &mut plain };
-            pulp::WithSimd::with_simd(batch, pulp::Scalar::new());
-            for ((&t, expected), plain) in all.iter().zip(expected).zip(plain) {
-                assert!(mesh.vertices[t as usize][3] == INFINITE || expected == plain, "tet {t}: {expected} {plain}");
-            }
-        }
     }
 }

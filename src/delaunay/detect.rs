@@ -23,6 +23,9 @@ use crate::geometry::triples::{cross, dot};
 /// Tets that are tested at once.
 pub const LANES: usize = 8;
 
+/// Vectors of tets whose vertices are looked up in a row, so that vectors are read well after their numbers were written.
+const ROW: usize = 4;
+
 /// Tets that one thread tests in a row.
 const CHUNK: usize = 4096;
 
@@ -73,18 +76,25 @@ impl pulp::WithSimd for Scan<'_> {
         let (blocks, rest) = vertices.as_chunks::<LANES>();
         let (opposite_blocks, opposite_rest) = opposite.as_chunks::<LANES>();
         let mut number = first;
-        for (vertices, opposite) in blocks.iter().zip(opposite_blocks) {
-            let passed = test(points, vertices, opposite);
-            if passed != [1.0; LANES] {
-                note(&passed, number, &mut found);
+        let mut at = [[[DVec3::ZERO; LANES]; 8]; ROW];
+        for (vertices, opposite) in blocks.chunks(ROW).zip(opposite_blocks.chunks(ROW)) {
+            for ((vertices, opposite), at) in vertices.iter().zip(opposite).zip(&mut at) {
+                gather(points, vertices, opposite, at);
             }
-            number += LANES as u32;
+            for ((vertices, opposite), at) in vertices.iter().zip(opposite).zip(&at) {
+                let passed = test(at, vertices, opposite);
+                if passed != [1.0; LANES] {
+                    note(&passed, number, &mut found);
+                }
+                number += LANES as u32;
+            }
         }
         if !rest.is_empty() {
             let mut last = ([[0; 4]; LANES], [[0; 4]; LANES]);
             last.0[..rest.len()].copy_from_slice(rest);
             last.1[..rest.len()].copy_from_slice(opposite_rest);
-            note(&test(points, &last.0, &last.1)[..rest.len()], number, &mut found);
+            gather(points, &last.0, &last.1, &mut at[0]);
+            note(&test(&at[0], &last.0, &last.1)[..rest.len()], number, &mut found);
         }
         found
     }
@@ -104,16 +114,14 @@ pub type Gathered = [[DVec3; LANES]; 8];
 
 /// Finds the corners and apexes of some tets. The infinite vertex, which is never asked for, is where the last one is.
 #[inline(always)]
-pub fn gather(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Gathered {
-    let mut at = [[DVec3::ZERO; LANES]; 8];
-    let Some(last) = points.len().checked_sub(1) else { return at };
+fn gather(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES], at: &mut Gathered) {
+    let Some(last) = points.len().checked_sub(1) else { return };
     for l in 0..LANES {
         for k in 0..4 {
             at[k][l] = points[(vertices[l][k] as usize).min(last)];
             at[4 + k][l] = points[(opposite[l][k] as usize).min(last)];
         }
     }
-    at
 }
 
 /// Whether a facet is for the other one of its tets to test, given the vertices opposite it in this one and in that: true
@@ -125,10 +133,9 @@ pub fn is_left_to_other(own: u32, apex: u32) -> bool {
 
 /// For each tet, 1 if it and its facets are certainly as they should be, else 0.
 #[inline(always)]
-fn test(points: &[DVec3], vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
-    let at = gather(points, vertices, opposite);
+fn test(at: &Gathered, vertices: &[[u32; 4]; LANES], opposite: &[[u32; 4]; LANES]) -> Lanes {
     // From here on all is done for all tets at once, by vectors.
-    let [origin, others @ ..]: &Gathered = &at;
+    let [origin, others @ ..] = at;
     let mut passed = [0.0; LANES];
     for l in 0..LANES {
         let o = &origin[l];

@@ -53,6 +53,7 @@ mod remove_vertex;
 
 mod repair;
 
+mod rows;
 mod schedule;
 
 mod stuck;

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::certificate::{NONE, certify};
+use super::certificate::NONE;
 use super::detect::{LANES, suspects};
 use super::facet::{Facet, INFINITE};
 use super::flip::Mesh;
@@ -15,6 +15,7 @@ use super::hull::Guard;
 use super::leaps::Leaps;
 use super::relocate::Relocation;
 use super::repair::{GivenUp, Lists};
+use super::rows::certify;
 use super::schedule::{Rash, Schedule, motions, stands_still};
 use crate::geometry::predicates::Sign;
 
@@ -50,8 +51,8 @@ const DEVIATIONS: f64 = 4.0;
 
 /// Certificates are taken if a smaller share of tets than this would be tested after each motion. What is due is scattered,
 /// and takes up to four times as long to test as tets in a row; less so where all tets stay in the cache of a core.
-const WORTH_WHILE: f64 = 0.18;
-const WORTH_WHILE_CACHED: f64 = 0.3;
+const WORTH_WHILE: f64 = 0.21;
+const WORTH_WHILE_CACHED: f64 = 0.34;
 
 /// So many tets stay there.
 const CACHED: usize = 1 << 16;

@@ -23,7 +23,7 @@
 //! Departures: a certificate belongs to a tet, not to a bi-cell, and is a number of motions; most are not even looked at. Tets
 //! that are turned around are mended, not cause to build anew; the hull moves like all else.
 //!
-//! Cost: about 12 ns a tet with AVX-512 where all are tested, two to four times that for one with a certificate, of which few
+//! Cost: about 12 ns a tet with AVX-512 where all are tested, two to three times that for one with a certificate, of which few
 //! are tested; and 1 to 2 µs a flip. Kept for it, beside positions (twice) and tets: a vertex across each facet, a tet at
 //! each vertex, and 2 bytes a tet and 12 a vertex for certificates.
 
