@@ -90,16 +90,16 @@ const POLISH_ROUNDS: usize = 2;
 /// The endgames, with a polish after each.
 const GAMES: [Game; 6] = [
     Game { strays: 0.1, share: 0.3, followed: 16, splits: false },
-    Game { strays: 0.1, share: 0.6, followed: 40, splits: true },
-    Game { strays: 0.15, share: 0.3, followed: 40, splits: true },
-    Game { strays: 0.15, share: 0.3, followed: 64, splits: true },
-    Game { strays: 0.2, share: 0.3, followed: 100, splits: true },
-    Game { strays: 0.3, share: 0.3, followed: 100, splits: true },
+    Game { strays: 0.1, share: 0.3, followed: 40, splits: true },
+    Game { strays: 0.15, share: 0.15, followed: 40, splits: true },
+    Game { strays: 0.15, share: 0.15, followed: 64, splits: true },
+    Game { strays: 0.2, share: 0.15, followed: 100, splits: true },
+    Game { strays: 0.3, share: 0.15, followed: 100, splits: true },
 ];
 
-/// Tets that the endgames may treat, urgent ones and as many others, however small the mesh is: that takes a second or two where
-/// half of its tets need it.
-const ENDGAME_LEAST: usize = 80_000;
+/// Tets that all endgames together may treat, urgent ones and as many others, however small the mesh is: that takes a second or
+/// two where half of its tets need it.
+const ENDGAME_LEAST: usize = 95_000;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
 const STRAYS: f64 = 0.1;
@@ -195,7 +195,8 @@ fn passes(
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5. What is aimed at beyond the floor that was asked for is not worth an endgame.
     complex.set_floor(asked);
-    let mut budget = Budget::even(ENDGAME_LEAST);
+    let shares: f64 = GAMES.iter().map(|g| g.share).sum();
+    let mut budget = Budget::even(ENDGAME_LEAST.saturating_sub((complex.tets.len() as f64 * shares) as usize));
     let mut bound = STRAYS;
     for (number, game) in GAMES.iter().enumerate() {
         let loose = &ground.loosened(&complex.facets, game.strays);
