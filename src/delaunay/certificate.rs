@@ -15,9 +15,9 @@
 //!   T = Σ sa² these come to Σ sa sb <= 1.5 T, so Σ dj <= (N + 3T) m + 24 √T m² + 32 m³, and as m <= l/16 and l <= 2R,
 //!   Σ rj dj <= 2R (1.07 N + 4T + 0.95 l²) m².
 //! - As 2 |q - c| D = √(|2DR|² + 4DF) <= 2DR + 2F/l, with S = D Σ|βj|, all in all
-//!   F' >= F - G n - K n² with G = 2R D (bq + Σ |βj| bj) + 2F bq/l + N P b and
+//!   F' >= F - G n - K n² with G = 2R D (bq + Σ |βj| bj) + 2F bq/l + N' P, N' = 2 √(Σ (Nj bj)²), and
 //!   K = (S + 2R (1.07 N + 4T + 0.95 l²) + 12.5 l P) b².
-//!   That is positive for n = F / (G + √(K F)); likewise D' for n = D / (N' + b √(12.5 l D)), N' = 2 √(Σ (Nj bj)²).
+//!   That is positive for n = F / (G + √(K F)); likewise D' for n = D / (N' + b √(12.5 l D)).
 //!
 //! Rounding: F and D enter as what is sure of them, the rest with room for its errors, and a millionth is taken off
 //! the result. The first order is sharp, each vertex with its own weight and bound; what follows it is bounded term by term.
@@ -84,12 +84,12 @@ pub fn test<const FACETS: usize>(block: &Block) -> Lanes {
         let squares = [dot(base, base), dot(vw, vw), dot(wu, wu), dot(uv, uv)];
         let mut b = larger(larger(reach[0][l], reach[1][l]), larger(reach[2][l], reach[3][l]));
         // The orientation's.
-        let weighted: [f64; 4] = from_fn(|k| squares[k] * reach[k][l] * reach[k][l]);
-        let weighted = (weighted[0] + weighted[1]) + (weighted[2] + weighted[3]);
         let rounding = 100.0 * U * m;
+        let weighted: [f64; 4] = from_fn(|k| squares[k] * reach[k][l] * reach[k][l]);
+        let weighted = 2.0 * ((weighted[0] + weighted[1]) + (weighted[2] + weighted[3])).sqrt() + rounding * b;
         let certain = d - 50.0 * U * m * length;
         above[l] = certain;
-        below[l] = 2.0 * weighted.sqrt() + (rounding + (12.5 * length * certain).sqrt()) * b;
+        below[l] = weighted + (12.5 * length * certain).sqrt() * b;
         // For the facets.
         for i in 0..FACETS {
             b = larger(b, reach[4 + i][l]);
@@ -110,7 +110,7 @@ pub fn test<const FACETS: usize>(block: &Block) -> Lanes {
         flattening[l] = 12.5 * length * inverse;
         let facets = 2.0 * all.sqrt() + rounding;
         sides[l] = 1.07 * facets + 4.0 * (uu + vv + ww) + 0.95 * m;
-        with_p[l] = facets * inverse;
+        with_p[l] = weighted * inverse;
         with_q[l] = 2.0 / length;
         square[l] = m;
         long[l] = length;
@@ -134,7 +134,7 @@ pub fn test<const FACETS: usize>(block: &Block) -> Lanes {
             let tets = b0 + b1 + b2 + b3 + rounding;
             let moved = (b0 * reach[0][l] + b1 * reach[1][l]) + (b2 * reach[2][l] + b3 * reach[3][l]) + rounding * b;
             let own = reach[4 + i][l];
-            let slope = size[l] * own + diameter[l] * moved + (with_q[l] * own + with_p[l] * b) * at_most;
+            let slope = size[l] * own + diameter[l] * moved + (with_q[l] * own + with_p[l]) * at_most;
             let along = dot(q, [edges[0][l], edges[1][l], edges[2][l]]);
             let rest = tets + diameter[l] * (sides[l] + 16.0 * qq - 8.0 * along) + flattening[l] * at_most;
             let bound = slope + (rest * at_most).sqrt() * b;
