@@ -119,10 +119,15 @@ fn mesh(
     observer.stage(Stage::Extract);
     let started = Instant::now();
     let moved_s = relaxation.moving_time();
+    let made = relaxation.iterations();
     let mut inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
+    let is_sound = relaxation.iterations() == made;
     if stopped == Stopped::Iterations && relaxation.iterations() < iterations {
         stopped = relaxation.run(iterations - relaxation.iterations(), observer)?;
-        inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
+        // What needed nothing is looked at once more in the end.
+        if stopped.is_interruption() || against_slivers == 0 || !is_sound {
+            inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
+        }
     }
     if !stopped.is_interruption() && against_slivers > 0 {
         let last = relaxation.reduce_slivers(against_slivers, observer)?;

@@ -114,7 +114,7 @@ impl Default for Params {
             start: Start::Bcc,
             optimizer: Optimizer::Lbfgs,
             update: Update::Bicell,
-            iterations: 25,
+            iterations: 23,
             tolerance: 2e-5,
             improve: true,
             min_dihedral: 35.0,

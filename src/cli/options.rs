@@ -115,7 +115,7 @@ pub(super) struct Options {
     #[arg(long, help_heading = "Iterations", default_value = "lbfgs")]
     optimizer: Optimizer,
 
-    /// At most K iterations; 0 = only sample [default: 25; with --init 8]
+    /// At most K iterations; 0 = only sample [default: 23; with --init 8]
     #[arg(long, value_name = "K", help_heading = "Iterations", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<usize>,
 
