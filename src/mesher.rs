@@ -124,8 +124,9 @@ fn mesh(
     let is_sound = relaxation.iterations() == made;
     if stopped == Stopped::Iterations && relaxation.iterations() < iterations {
         stopped = relaxation.run(iterations - relaxation.iterations(), observer)?;
-        // What needed nothing is looked at once more in the end.
-        if stopped.is_interruption() || against_slivers == 0 || !is_sound {
+        // What needed nothing is looked at once more in the end, where that is yet to come.
+        let is_end = stopped.is_interruption() || against_slivers == 0;
+        if is_end || !is_sound {
             inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
         }
     }

@@ -24,7 +24,7 @@ use crate::geometry::triples::{cross, dot};
 pub const LANES: usize = 8;
 
 /// Vectors of tets whose vertices are looked up in a row, so that vectors are read well after their numbers were written.
-const ROW: usize = 4;
+pub const BLOCKS: usize = 4;
 
 /// Tets that one thread tests in a row.
 const CHUNK: usize = 4096;
@@ -76,8 +76,8 @@ impl pulp::WithSimd for Scan<'_> {
         let (blocks, rest) = vertices.as_chunks::<LANES>();
         let (opposite_blocks, opposite_rest) = opposite.as_chunks::<LANES>();
         let mut number = first;
-        let mut at = [[[DVec3::ZERO; LANES]; 8]; ROW];
-        for (vertices, opposite) in blocks.chunks(ROW).zip(opposite_blocks.chunks(ROW)) {
+        let mut at = [[[DVec3::ZERO; LANES]; 8]; BLOCKS];
+        for (vertices, opposite) in blocks.chunks(BLOCKS).zip(opposite_blocks.chunks(BLOCKS)) {
             for ((vertices, opposite), at) in vertices.iter().zip(opposite).zip(&mut at) {
                 gather(points, vertices, opposite, at);
             }

@@ -50,7 +50,7 @@ const SUSPECTS_SHARE: f64 = 1.0 / SUSPECTS as f64;
 const DEVIATIONS: f64 = 4.0;
 
 /// Certificates are taken if a smaller share of tets than this would be tested after each motion. What is due is scattered,
-/// and takes up to four times as long to test as tets in a row; less so where all tets stay in the cache of a core.
+/// and takes two to four times as long to test as tets in a row; less where all tets stay in the cache of a core.
 const WORTH_WHILE: f64 = 0.21;
 const WORTH_WHILE_CACHED: f64 = 0.34;
 

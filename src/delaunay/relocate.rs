@@ -25,7 +25,7 @@
 //!
 //! Cost: about 12 ns a tet with AVX-512 where all are tested, two to three times that for one with a certificate, of which few
 //! are tested; and 1 to 2 µs a flip. Kept for it, beside positions (twice) and tets: a vertex across each facet, a tet at
-//! each vertex, and 2 bytes a tet and 12 a vertex for certificates.
+//! each vertex, and 6 bytes a tet and 12 a vertex for certificates.
 
 use std::time::Instant;
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::certificate::{Block, NONE, hull_certificate, rounded, test};
-use super::detect::{LANES, is_left_to_other};
+use super::detect::{BLOCKS, LANES, is_left_to_other};
 use super::facet::INFINITE;
 use super::flip::Mesh;
 
@@ -15,10 +15,10 @@ use super::flip::Mesh;
 const CHUNK: usize = 2048;
 
 /// Tets whose vertices are looked up in a row.
-const ROW: usize = 32;
+const ROW: usize = BLOCKS * LANES;
 
 /// Vectors of these.
-type Blocks = [Block; ROW / LANES];
+type Blocks = [Block; BLOCKS];
 
 /// Tests tets; the motions that each is good for, given each vertex's bound, are left in `found`, [`NONE`] for what could
 /// not be cleared.
@@ -43,7 +43,7 @@ pub fn certify(mesh: &Mesh, tets: &[u32], bounds: &[f32], found: &mut Vec<f32>) 
 /// Tests finite tets, those together that answer for as many facets. The infinite ones are left as they are.
 fn certify_finite(mesh: &Mesh, bounds: &[f32], tets: &[u32], found: &mut [f32]) {
     let mut rows = [Row::default(); 5];
-    let mut blocks = [Block::default(); ROW / LANES];
+    let mut blocks = [Block::default(); BLOCKS];
     let mut next = [([0; 4], [0; 4]); ROW];
     for (n, tets) in tets.chunks(ROW).enumerate() {
         for (&t, next) in tets.iter().zip(&mut next) {
@@ -157,7 +157,7 @@ mod tests {
 
     /// A tet's certificate, by itself and without vectors.
     fn plain<const FACETS: usize>(row: &Row, points: &[DVec3], bounds: &[f32]) -> f32 {
-        let (mut blocks, mut found) = ([Block::default(); ROW / LANES], [NONE]);
+        let (mut blocks, mut found) = ([Block::default(); BLOCKS], [NONE]);
         let batch = Batch::<FACETS> { row, points, bounds, blocks: &mut blocks, found: &mut found };
         pulp::WithSimd::with_simd(batch, pulp::Scalar::new());
         found[0]

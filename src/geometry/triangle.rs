@@ -94,6 +94,7 @@ pub fn circumcenter(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
 pub fn centroid(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     a + ((b - a) + (c - a)) / 3.0
 }
+
 /// A triangle's vertices, turned so that the least comes first: which side is meant is told by their order.
 pub fn from_least([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a < b && a < c {

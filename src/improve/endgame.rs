@@ -1,4 +1,5 @@
-//! The last tets below the floor, by flips, contractions and splits of edges and splits of facets; and the count of vertices, made right again.
+//! The last tets below the floor, by flips, contractions and splits of edges and splits of facets; and the count of
+//! vertices, made right again.
 
 use std::collections::HashMap;
 

@@ -13,8 +13,8 @@
 //! 4. The boundary is brought closer to the surface where it strays most (`places.rs`, `follow.rs`).
 //! 5. Creases that are noise let their vertices go where these keep a tet low (`bind.rs`). For the tets that are stuck below
 //!    the floor that was asked for (`endgame.rs`; steps 1 to 4 aim a little higher): flips, contractions and splits of edges,
-//!    of creases too, and splits of facets, each with its surroundings improved anew, kept if the sum of cubed deficits falls; then the count of
-//!    vertices is made right elsewhere.
+//!    of creases too, and splits of facets, each with its surroundings improved anew, kept if the sum of cubed deficits falls;
+//!    then the count of vertices is made right elsewhere.
 //! 6. A last polish, and step 4 again, where no tet loses by it; the places that stray most by far once more, with what step 5
 //!    does for the tets there.
 //! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
