@@ -4,18 +4,26 @@
 use std::collections::HashMap;
 
 use super::change::Change;
-use super::complex::{Complex, NONE};
+use super::complex::{Complex, NONE, Part};
 use super::flips::remove_edge;
 use super::floor::{Aim, Worklist};
 use super::ground::Ground;
+use super::hopeless::Hopeless;
+use super::parts;
 use super::resize::{contract, split, split_facet};
 use crate::geometry::tetrahedron::EDGES;
 
 /// Tets treated after an operation for the sake of the count before it is judged.
 const TREATED: usize = 16;
 
+/// What a contraction may add to the deficit, as a share of that of a flat tet: more is hardly ever made good.
+const ADDED: f64 = 0.8;
+
 /// The quality that a flip, split or contraction may leave for the operations after it to mend (radians).
 pub(super) const WORSE: f64 = 0.05;
+
+/// So many tets that are left are worth a part of the mesh of their own.
+const LEFT_EACH: usize = 64;
 
 /// One of the endgames.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +36,8 @@ pub(super) struct Game {
     pub followed: usize,
     /// Whether edges are split: that helps seldom where the other operations can.
     pub splits: bool,
+    /// See [`Worklist::haste`].
+    pub haste: f64,
 }
 
 /// Tets are urgent below this share of the floor.
@@ -54,23 +64,62 @@ impl Budget {
         self.usual += usual;
         self.urgent += URGENT_SHARE * usual;
     }
+
+    /// A share of it.
+    fn share(&self, share: f64) -> Budget {
+        let of = |treated: usize| (share * treated as f64) as usize;
+        Budget { urgent: of(self.urgent), usual: of(self.usual) }
+    }
 }
 
 /// Tries flips, contractions and splits around the tets that are left, until none helps or as many tets were treated as the budget
-/// allows.
+/// allows: first in parts of the mesh, then in what lies between them.
 pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (game, budget): (&Game, &mut Budget)) {
-    // The commit at which nothing helped a tet, by slot, and at which an operation on an edge did not help.
-    let mut hopeless: Vec<u32> = Vec::new();
+    let hopeless = run_parts(complex, ground, work, (game, budget));
+    run_whole(complex, ground, work, (game, budget), hopeless);
+}
+
+/// The game in parts of the mesh; the tets between which nothing helped.
+fn run_parts(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (game, budget): (&Game, &mut Budget),
+) -> Hopeless {
+    let low: Vec<u32> = complex.low().collect();
+    let whole = *budget;
+    let listed = &*work;
+    let play = |Part { complex, .. }: &mut Part, _: &Complex, share: f64| {
+        let (mut work, mut budget) = (listed.of_part(usize::MAX), whole.share(share));
+        let hopeless = run_whole(complex, ground, &mut work, (game, &mut budget), Hopeless::default());
+        ((work.treated(), budget), complex.low().filter(|&t| hopeless.has(complex, t)).collect())
+    };
+    let mut hopeless = Hopeless::default();
+    let Some(done) = parts::work(complex, (&low, LEFT_EACH), play) else { return hopeless };
+    done.hopeless.into_iter().for_each(|t| hopeless.add(complex, t));
+    *budget = Budget::even(0);
+    for (treated, left) in done.of_parts {
+        work.add_treated(treated);
+        budget.urgent += left.urgent;
+        budget.usual += left.usual;
+    }
+    hopeless
+}
+
+/// The game in a mesh or a part of one, but for tets that are known to be hopeless; those that turned out to be, too.
+fn run_whole(
+    complex: &mut Complex,
+    ground: &Ground,
+    work: &mut Worklist,
+    (game, budget): (&Game, &mut Budget),
+    mut hopeless: Hopeless,
+) -> Hopeless {
     let mut vain = Vain::new();
     loop {
         let mut gained = false;
         for t in left(complex) {
-            hopeless.resize(complex.tets.len(), 0);
-            if !complex.is_alive(t) || complex.quality[t as usize] >= complex.floor() {
-                continue;
-            }
-            let tried = hopeless[t as usize];
-            if tried > 0 && complex.last_change(t) < tried {
+            let is_low = complex.is_alive(t) && complex.quality[t as usize] < complex.floor();
+            if !is_low || hopeless.has(complex, t) {
                 continue;
             }
             let is_urgent = complex.quality[t as usize] < URGENT * complex.floor();
@@ -82,25 +131,25 @@ pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, (
             if resolve(complex, ground, work, (t, game), &mut vain) {
                 gained = true;
             } else {
-                hopeless[t as usize] = complex.commits() + 1;
+                hopeless.add(complex, t);
             }
             *allowed = allowed.saturating_sub(work.treated() - before);
         }
         if !gained {
-            return;
+            return hopeless;
         }
     }
 }
 
 /// The tets below the floor, worst first.
 pub(super) fn left(complex: &Complex) -> Vec<u32> {
-    let below = |&t: &u32| complex.is_alive(t) && complex.quality[t as usize] < complex.floor();
-    let mut left: Vec<u32> = (0..complex.tets.len() as u32).filter(below).collect();
+    let mut left: Vec<u32> = complex.low().collect();
     left.sort_by(|&t, &u| complex.quality[t as usize].total_cmp(&complex.quality[u as usize]).then(t.cmp(&u)));
     left
 }
 
-/// Tries an operation on each of a tet's edges, in the end splits of its facets; keeps the first that helps. Whether one did.
+/// Tries an operation on each of a tet's edges, in the end splits of its facets if all its vertices are on the boundary; keeps the first
+/// that helps. Whether one did.
 fn resolve(
     complex: &mut Complex,
     ground: &Ground,
@@ -134,6 +183,7 @@ fn resolve(
     }
     game.splits
         && !work.keeps_vertices
+        && tet.iter().all(|&v| complex.on_boundary(v))
         && (0..4).any(|i| {
             let facet = complex.facet_of(t, i);
             let make = |complex: &mut Complex| split_facet(complex, (t, facet), &mut change);
@@ -176,7 +226,10 @@ impl Operation {
     /// Makes it on an edge; whether that was possible.
     fn make(self, complex: &mut Complex, ground: &Ground, ends: [u32; 2], change: &mut Change) -> bool {
         match self {
-            Operation::Contraction => contract(complex, ground, ends, WORSE, change),
+            Operation::Contraction => {
+                let most = complex.deficit() + ADDED * complex.deficit_of(0.0);
+                contract(complex, ground, ends, WORSE, change) && complex.deficit() < most
+            }
             _ if ends[0] > ends[1] => false,
             Operation::Flip => {
                 let possible = remove_edge(complex, ground, ends, WORSE, change);

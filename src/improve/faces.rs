@@ -16,6 +16,10 @@ pub(super) fn remove_faces(complex: &Complex, t: u32, i: usize, least: f64, chan
     let facet = complex.facet_of(t, i);
     let Some(u) = complex.across(t, facet) else { return false };
     let (a, b) = (complex.tets[t as usize][i], complex.apex(u, facet));
+    // Other parts may have an edge between vertices of the seam.
+    if complex.on_seam(a) && complex.on_seam(b) {
+        return false;
+    }
     let least = least.max(complex.quality[t as usize].min(complex.quality[u as usize]));
     change.clear();
     change.old_tets.extend([t, u]);

@@ -114,6 +114,10 @@ pub(super) fn remove_edge(
     least: f64,
     change: &mut Change,
 ) -> bool {
+    // Other parts may have tets around an edge of the seam.
+    if complex.on_seam(a) && complex.on_seam(b) {
+        return false;
+    }
     let Some(mut ring) = Ring::around(complex, a, b) else { return false };
     if ring.length < 3 && !ring.is_open() {
         return false;
@@ -160,9 +164,10 @@ pub(super) fn remove_edge(
 }
 
 /// The two facets of the edge of a ring that is open or that an interface parts, if the edge is no crease and its other
-/// diagonal is free.
+/// diagonal is free, which is not known on a seam.
 fn closable(complex: &Complex, [a, b]: [u32; 2], ring: &mut Ring) -> Option<Sides> {
-    if complex.is_crease(a, b) {
+    let on_seam = ring.vertices[..ring.length].iter().any(|&v| complex.on_seam(v));
+    if on_seam || complex.is_crease(a, b) {
         return None;
     }
     let mut place = None;

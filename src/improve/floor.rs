@@ -4,16 +4,21 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::change::Change;
-use super::complex::{Complex, Mark};
+use super::complex::{Complex, Mark, Part};
 use super::faces::remove_faces;
 use super::flips::remove_edge;
 use super::ground::Ground;
+use super::hopeless::Hopeless;
+use super::parts;
 use super::smooth::{Smoother, least_gain};
 use crate::geometry::tetrahedron::EDGES;
 
 /// Tets treated in one go over all that are below the floor, for each of them and beside: the rest is crawl.
 const TREATED_EACH: usize = 12;
 const TREATED_LEAST: usize = 2000;
+
+/// So many tets below the floor are worth a part of the mesh of their own.
+const LOW_EACH: usize = 1000;
 
 /// What the tets around a change must come to for it to be kept.
 #[derive(Clone, Copy, Debug)]
@@ -30,16 +35,20 @@ pub(super) struct Aim {
 #[derive(Default)]
 pub(super) struct Worklist {
     heap: BinaryHeap<Reverse<(u64, u32)>>,
+    /// The key that each tet is on the list with, by slot; 0 where it is not.
+    listed: Vec<u64>,
     best: Change,
     trial: Change,
     smoother: Smoother,
     near: Vec<u32>,
     /// Whether no vertex may be made or taken out, be it that the count comes out right.
     pub(super) keeps_vertices: bool,
+    /// The share of what a tet lacks to the floor that an operation must gain: a crawl costs more than it brings, and while others can
+    /// still be helped by larger strides it keeps these from it.
+    pub(super) haste: f64,
     /// Whether the boundary is to follow the surface.
     pub(super) follows: bool,
-    /// The commit at which nothing helped a tet, by slot.
-    hopeless: Vec<u32>,
+    hopeless: Hopeless,
     /// Tets treated so far, and how many end [`Worklist::run`].
     treated: usize,
     most: usize,
@@ -65,28 +74,50 @@ impl Worklist {
     /// Works off all tets below the floor, but for those that nothing helped before and around which nothing changed since.
     /// Not beyond `last` tets treated in all.
     pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground, last: usize) {
-        self.heap.clear();
-        for t in 0..complex.tets.len() as u32 {
-            if complex.is_alive(t) {
-                self.push(complex, t);
-            }
-        }
-        let until = last.min(self.most).min(self.treated + TREATED_LEAST + TREATED_EACH * self.heap.len());
+        let low: Vec<u32> = complex.low().filter(|&t| !self.hopeless.has(complex, t)).collect();
+        let until = last.min(self.most).min(self.treated + TREATED_LEAST + TREATED_EACH * low.len());
+        self.run_parts(complex, ground, (&low, until));
+        self.clear();
+        complex.low().for_each(|t| self.push(complex, t));
         while let Some(t) = self.next(complex) {
             if self.treated >= until {
                 break;
             }
-            self.hopeless.resize(complex.tets.len(), 0);
-            let tried = self.hopeless[t as usize];
-            if tried > 0 && complex.last_change(t) < tried {
+            if self.hopeless.has(complex, t) {
                 continue;
             }
             if self.treat(complex, ground, t) {
                 complex.commit();
             } else {
-                self.hopeless[t as usize] = complex.commits() + 1;
+                self.hopeless.add(complex, t);
             }
         }
+    }
+
+    /// The same in parts of the mesh, where that is worth the while.
+    fn run_parts(&mut self, complex: &mut Complex, ground: &Ground, (low, until): (&[u32], usize)) {
+        let left = until.saturating_sub(self.treated);
+        let work = |part: &mut Part, whole: &Complex, share: f64| {
+            let mut work = self.of_part((share * left as f64) as usize);
+            let known = (0..).zip(&part.tets).filter(|(_, t)| self.hopeless.has(whole, **t));
+            known.for_each(|(t, _)| work.hopeless.add(&part.complex, t));
+            work.run(&mut part.complex, ground, usize::MAX);
+            (work.treated, part.complex.low().filter(|&t| work.hopeless.has(&part.complex, t)).collect())
+        };
+        let Some(done) = parts::work(complex, (low, LOW_EACH), work) else { return };
+        self.treated += done.of_parts.into_iter().sum::<usize>();
+        done.hopeless.into_iter().for_each(|t| self.hopeless.add(complex, t));
+    }
+
+    /// A list for a part of the mesh, the same in kind.
+    pub(super) fn of_part(&self, most: usize) -> Worklist {
+        let &Worklist { keeps_vertices, haste, follows, .. } = self;
+        Worklist { keeps_vertices, haste, follows, ..Worklist::new(most) }
+    }
+
+    /// Notes work that was done by lists of parts.
+    pub(super) fn add_treated(&mut self, treated: usize) {
+        self.treated += treated;
     }
 
     /// Lets every tet be tried again: what stands in their way has changed.
@@ -97,9 +128,19 @@ impl Worklist {
 
     fn push(&mut self, complex: &Complex, t: u32) {
         let quality = complex.quality[t as usize];
-        if quality < complex.floor() {
-            self.heap.push(Reverse((key(quality), t)));
+        if quality >= complex.floor() {
+            return;
         }
+        let key = key(quality);
+        self.listed.resize(complex.tets.len().max(self.listed.len()), 0);
+        if std::mem::replace(&mut self.listed[t as usize], key) != key {
+            self.heap.push(Reverse((key, t)));
+        }
+    }
+
+    /// Empties the list.
+    fn clear(&mut self) {
+        self.heap.drain().for_each(|Reverse((_, t))| self.listed[t as usize] = 0);
     }
 
     /// Puts those on the list, of the tets around these vertices, that are below the floor.
@@ -116,7 +157,7 @@ impl Worklist {
     /// Makes what changed since `mark` the list, and works off some of it, without a commit. Whether the aim was reached; the first
     /// tet that is too bad and cannot be helped ends the work, and so do those that leave too large a deficit.
     pub(super) fn work_since(&mut self, complex: &mut Complex, ground: &Ground, mark: Mark, aim: Aim) -> bool {
-        self.heap.clear();
+        self.clear();
         self.near.clear();
         for t in complex.changed_since(mark) {
             self.near.extend(complex.tets[t as usize]);
@@ -135,23 +176,24 @@ impl Worklist {
 
     /// The deficit that is left if every tet on the list comes to the floor.
     fn certain_deficit(&self, complex: &Complex) -> f64 {
-        let is_valid = |&t: &u32, quality: u64| complex.is_alive(t) && key(complex.quality[t as usize]) == quality;
-        let listed = self.heap.iter().filter(|Reverse((quality, t))| is_valid(t, *quality));
+        let listed = self.heap.iter().filter(|Reverse((key, t))| self.is_listed(complex, *key, *t));
         complex.deficit() - listed.map(|Reverse((_, t))| complex.deficit_of(complex.quality[*t as usize])).sum::<f64>()
     }
 
     /// The worst tet of the list.
     fn next(&mut self, complex: &Complex) -> Option<u32> {
         loop {
-            let Reverse((quality, t)) = self.heap.pop()?;
-            // The same tet may be there several times.
-            while self.heap.peek() == Some(&Reverse((quality, t))) {
-                self.heap.pop();
-            }
-            if complex.is_alive(t) && key(complex.quality[t as usize]) == quality {
+            let Reverse((key, t)) = self.heap.pop()?;
+            if self.is_listed(complex, key, t) {
+                self.listed[t as usize] = 0;
                 return Some(t);
             }
         }
+    }
+
+    /// Whether an entry of the heap still says what is.
+    fn is_listed(&self, complex: &Complex, listed: u64, t: u32) -> bool {
+        self.listed[t as usize] == listed && complex.is_alive(t) && key(complex.quality[t as usize]) == listed
     }
 
     /// Improves the neighbourhood of one tet; whether that went.
@@ -169,7 +211,7 @@ impl Worklist {
     fn flip(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         let tet = complex.tets[t as usize];
         let mut least = complex.quality[t as usize];
-        least += least_gain(least, complex.floor());
+        least += least_gain(least, complex.floor(), self.haste);
         let mut found = false;
         let mut keep = |list: &mut (&mut Change, &mut Change), least: &mut f64| {
             *least = list.1.worst;
@@ -198,7 +240,7 @@ impl Worklist {
     fn smooth(&mut self, complex: &mut Complex, ground: &Ground, t: u32) -> bool {
         let mut moved = false;
         for v in complex.tets[t as usize] {
-            if self.smoother.raise_worst(complex, ground, v) {
+            if self.smoother.raise_worst(complex, ground, v, self.haste) {
                 moved = true;
                 for &t in complex.star(v) {
                     self.near.extend(complex.tets[t as usize]);

@@ -19,6 +19,10 @@
 //!    does for the tets there.
 //! 7. If so asked, the boundary's vertices leave the surface a little so that the volume is the surface's (`volume.rs`).
 //!
+//! Where much is left to do, steps 1 and 5 are taken in parts of the mesh at the same time (`parts.rs`), and then in what lies between.
+//! Strides are long at first and shorten from game to game: small ones everywhere would be a crawl of tets that hold each
+//! other down.
+//!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
 //! where it would outweigh the rest: it is counted in tets treated, the same everywhere.
 //!
@@ -56,9 +60,13 @@ mod follow;
 
 mod ground;
 
+mod hopeless;
+
 mod measure;
 
 mod outcome;
+
+mod parts;
 
 mod patches;
 
@@ -89,13 +97,16 @@ const POLISH_ROUNDS: usize = 2;
 
 /// The endgames, with a polish after each.
 const GAMES: [Game; 6] = [
-    Game { strays: 0.1, share: 0.3, followed: 16, splits: false },
-    Game { strays: 0.1, share: 0.3, followed: 40, splits: true },
-    Game { strays: 0.15, share: 0.15, followed: 40, splits: true },
-    Game { strays: 0.15, share: 0.15, followed: 64, splits: true },
-    Game { strays: 0.2, share: 0.15, followed: 100, splits: true },
-    Game { strays: 0.3, share: 0.15, followed: 100, splits: true },
+    Game { strays: 0.1, share: 0.3, followed: 16, splits: false, haste: 0.05 },
+    Game { strays: 0.1, share: 0.3, followed: 40, splits: true, haste: 0.05 },
+    Game { strays: 0.15, share: 0.15, followed: 40, splits: true, haste: 0.05 },
+    Game { strays: 0.15, share: 0.15, followed: 64, splits: true, haste: 0.03 },
+    Game { strays: 0.2, share: 0.15, followed: 100, splits: true, haste: 0.03 },
+    Game { strays: 0.3, share: 0.15, followed: 100, splits: true, haste: 0.03 },
 ];
+
+/// The haste before them; see [`Worklist::haste`]. The last tets need small steps, many need few.
+const HASTE: f64 = 0.3;
 
 /// Tets that all endgames together may treat, urgent ones and as many others, however small the mesh is: that takes a second or
 /// two where half of its tets need it.
@@ -142,6 +153,7 @@ pub fn improve(
     complex.set_floor(aim(&complex, params.min_dihedral).to_radians() + MARGIN);
     let mut work = Worklist::new(complex.tets.len() * TREATED);
     work.keeps_vertices = seeds.keep_places;
+    work.haste = HASTE;
     work.follows = params.boundary == Boundary::Conform;
     let asked = params.min_dihedral.to_radians() + MARGIN;
     passes(&mut complex, &ground, &mut work, (mesh.points.len(), asked), observer);
@@ -200,10 +212,10 @@ fn passes(
     let mut bound = STRAYS;
     for (number, game) in GAMES.iter().enumerate() {
         let loose = &ground.loosened(&complex.facets, game.strays);
-        if game.strays > bound {
+        if game.strays > bound || game.haste < work.haste {
             work.forget();
-            bound = game.strays;
         }
+        (bound, work.haste) = (game.strays, game.haste);
         if !goes_on(complex) {
             return;
         }

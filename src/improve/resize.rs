@@ -35,6 +35,9 @@ pub(super) fn split_at(
     (at, freedom): (DVec3, Freedom),
     change: &mut Change,
 ) -> Option<u32> {
+    if complex.on_seam(a) && complex.on_seam(b) {
+        return None;
+    }
     let facets = complex.edge_facets([a, b]);
     let mark = complex.mark();
     let m = complex.add_vertex(Vertex { point: at, freedom, region: complex.region[a as usize] });
@@ -113,6 +116,10 @@ pub(super) fn contract(
     least: f64,
     change: &mut Change,
 ) -> bool {
+    // The link of a vertex of the seam is not known.
+    if complex.on_seam(a) || complex.on_seam(b) && complex.on_boundary(a) {
+        return false;
+    }
     change.clear();
     for &t in complex.star(a) {
         let tet = complex.tets[t as usize];

@@ -40,14 +40,12 @@ const LONGEST_STEP: f64 = 0.4;
 /// Trial steps before a direction is given up, each half the one before.
 const TRIALS: usize = 4;
 
-/// The least gain of the worst quality that counts (radians), and as a share of what it lacks to the floor: a tet far
-/// below it is not worth a crawl.
+/// The least gain of the worst quality that counts (radians).
 const LEAST_GAIN: f64 = 2e-4;
-const LEAST_SHARE: f64 = 0.03;
 
-/// The least gain of the quality `worst` that counts.
-pub(super) fn least_gain(worst: f64, floor: f64) -> f64 {
-    LEAST_GAIN.max(LEAST_SHARE * (floor - worst))
+/// The least gain of the quality `worst` that counts: in haste a larger share of what it lacks to the floor.
+pub(super) fn least_gain(worst: f64, floor: f64, haste: f64) -> f64 {
+    LEAST_GAIN.max(haste * (floor - worst))
 }
 
 /// Steps towards the shortest vector of the hull.
@@ -98,9 +96,9 @@ impl Smoother {
         worst_of(complex, v)
     }
 
-    /// Moves `v` so that its worst tet gets better; whether it did.
-    pub(super) fn raise_worst(&mut self, complex: &mut Complex, ground: &Ground, v: u32) -> bool {
-        if self.is_stuck(complex, ground, v) {
+    /// Moves `v` so that its worst tet gets better, by as much as counts in such haste; whether it did.
+    pub(super) fn raise_worst(&mut self, complex: &mut Complex, ground: &Ground, v: u32, haste: f64) -> bool {
+        if complex.on_seam(v) || self.is_stuck(complex, ground, v) {
             return false;
         }
         for round in 0..ROUNDS {
@@ -110,7 +108,8 @@ impl Smoother {
             }
             let Some(tangent) = ground.tangent(complex, v) else { return false };
             self.gather(complex, v);
-            if !self.step(complex, ground, (v, worst), tangent) {
+            let gain = least_gain(worst, complex.floor(), haste);
+            if !self.step(complex, ground, (v, worst, gain), tangent) {
                 self.stuck[v as usize] = Stuck { since: complex.changes() + 1, reach: ground.reach() };
                 return round > 0;
             }
@@ -126,9 +125,14 @@ impl Smoother {
     }
 
     /// One step of step 1 to 3.
-    fn step(&mut self, complex: &mut Complex, ground: &Ground, (v, worst): (u32, f64), tangent: Tangent) -> bool {
+    fn step(
+        &mut self,
+        complex: &mut Complex,
+        ground: &Ground,
+        (v, worst, gain): (u32, f64, f64),
+        tangent: Tangent,
+    ) -> bool {
         let from = complex.points[v as usize];
-        let gain = least_gain(worst, complex.floor());
         let shortest2 = self.find_pieces(from, worst, tangent);
         for window in ACTIVE {
             self.active.clear();

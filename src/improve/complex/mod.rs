@@ -9,12 +9,15 @@ use crate::geometry::tetrahedron::FACETS;
 
 mod edit;
 
+mod part;
+
 #[cfg(test)]
 mod tests;
 
 use edit::Undo;
 
 pub(super) use edit::Mark;
+pub(super) use part::Part;
 
 /// Stands for what does not exist.
 pub(super) const NONE: u32 = u32::MAX;
@@ -86,6 +89,8 @@ pub(super) struct Complex {
     pub facets: Vec<Facet>,
     /// Whether some facets are interfaces: they have tets on both of their sides.
     pub has_interfaces: bool,
+    /// Of a part of a mesh, the vertices that other parts have tets of too; otherwise empty.
+    seam: Vec<bool>,
     /// Edges on creases, both ways, ascending: they stay.
     creases: Vec<[u32; 2]>,
     tet_stars: Stars,
@@ -123,6 +128,7 @@ impl Complex {
             quality,
             facets,
             has_interfaces: false,
+            seam: Vec::new(),
             creases: Vec::new(),
             free_tets: Vec::new(),
             free_facets: Vec::new(),
@@ -216,6 +222,12 @@ impl Complex {
         lack * lack * lack
     }
 
+    /// Vertex `v` as it is given.
+    fn vertex(&self, v: u32) -> Vertex {
+        let v = v as usize;
+        Vertex { point: self.points[v], freedom: self.freedom[v], region: self.region[v] }
+    }
+
     /// Number of vertices in use.
     pub(super) fn vertex_count(&self) -> usize {
         self.points.len() - self.free_vertices.len()
@@ -233,6 +245,11 @@ impl Complex {
 
     pub(super) fn is_alive(&self, t: u32) -> bool {
         self.tets[t as usize][0] != NONE
+    }
+
+    /// The tets below the floor.
+    pub(super) fn low(&self) -> impl Iterator<Item = u32> {
+        (0..self.tets.len() as u32).filter(|&t| self.is_alive(t) && self.quality[t as usize] < self.floor)
     }
 
     pub(super) fn on_boundary(&self, v: u32) -> bool {

@@ -127,6 +127,7 @@ fn change_something(complex: &mut Complex, ground: &Ground, rng: &mut Rng) -> bo
             let facet = complex.facet_of(t, i);
             split_facet(complex, (t, facet), &mut change)
         }
+        _ if complex.on_seam(tet[i]) => false,
         _ => match ground.place(complex, tet[i], rng.in_cube() * 1e-3) {
             Some((to, freedom)) => {
                 complex.move_vertex(tet[i], to, freedom);
@@ -179,6 +180,50 @@ fn a_rollback_brings_everything_back_to_the_last_bit() {
                 complex.rollback(mark);
                 assert!(state(&complex) == before, "round {round}");
             }
+        }
+        assert!(made > 300, "only {made} operations were possible");
+    });
+}
+
+/// Whether tets and facets fit together, with nothing between them, and are known where they are.
+fn assert_sound(complex: &Complex) {
+    for t in (0..complex.tets.len() as u32).filter(|&t| complex.is_alive(t)) {
+        let quality = measure::quality(complex.corners(complex.tets[t as usize]));
+        assert_eq!(complex.quality[t as usize], quality);
+        for facet in (0..4).map(|i| complex.facet_of(t, i)) {
+            assert!(complex.across(t, facet).is_some() != complex.facet(facet).is_some(), "{facet:?}");
+        }
+    }
+    assert!(complex.creases.iter().all(|&edge| complex.edge_facets(edge).len() == 2));
+    let in_use = (0..complex.points.len() as u32).filter(|&v| !complex.star(v).is_empty());
+    assert_eq!(in_use.count(), complex.vertex_count());
+}
+
+#[test]
+fn changes_made_in_parts_fit_together() {
+    on_grid(|mut complex, ground| {
+        let whole = volume(&complex);
+        let middle = ground.surface.frame().to_frame(DVec3::ZERO);
+        let mut rng = Rng::new(5, 6);
+        let mut made = 0;
+        for round in 0..12 {
+            let is_above = |complex: &Complex, t: u32| {
+                let corners = complex.corners(complex.tets[t as usize]);
+                corners.iter().map(|p| p[round % 3] - middle[round % 3]).sum::<f64>() > 0.0
+            };
+            let alive = (0..complex.tets.len() as u32).filter(|&t| complex.is_alive(t));
+            let (above, below): (Vec<u32>, Vec<u32>) = alive.partition(|&t| is_above(&complex, t));
+            let all = 0..complex.points.len() as u32;
+            let seam: Vec<bool> = all
+                .map(|v| complex.star(v).windows(2).any(|w| is_above(&complex, w[0]) != is_above(&complex, w[1])))
+                .collect();
+            let mut parts = [above, below].map(|tets| complex.part(tets, &seam));
+            for part in &mut parts {
+                made += (0..60).filter(|_| change_something(&mut part.complex, ground, &mut rng)).count();
+                complex.put_back(part);
+            }
+            assert!((volume(&complex) / whole - 1.0).abs() < 1e-12, "round {round}");
+            assert_sound(&complex);
         }
         assert!(made > 300, "only {made} operations were possible");
     });
