@@ -97,16 +97,21 @@ const POLISH_ROUNDS: usize = 2;
 
 /// The endgames, with a polish after each.
 const GAMES: [Game; 6] = [
-    Game { strays: 0.1, share: 0.3, followed: 16, splits: false, haste: 0.05 },
-    Game { strays: 0.1, share: 0.3, followed: 40, splits: true, haste: 0.05 },
-    Game { strays: 0.15, share: 0.15, followed: 40, splits: true, haste: 0.05 },
-    Game { strays: 0.15, share: 0.15, followed: 64, splits: true, haste: 0.03 },
-    Game { strays: 0.2, share: 0.15, followed: 100, splits: true, haste: 0.03 },
+    Game { strays: 0.1, share: 0.3, followed: 16, splits: false, haste: 0.2 },
+    Game { strays: 0.1, share: 0.3, followed: 40, splits: true, haste: 0.2 },
+    Game { strays: 0.15, share: 0.15, followed: 40, splits: true, haste: 0.1 },
+    Game { strays: 0.15, share: 0.15, followed: 64, splits: true, haste: 0.1 },
+    Game { strays: 0.2, share: 0.15, followed: 100, splits: true, haste: 0.05 },
     Game { strays: 0.3, share: 0.15, followed: 100, splits: true, haste: 0.03 },
 ];
 
 /// The haste before them; see [`Worklist::haste`]. The last tets need small steps, many need few.
 const HASTE: f64 = 0.3;
+
+/// Where more than this share of the tets is left the haste of the endgames is at most so much: longer strides would leave to splits
+/// what these could do, and more vertices would be made than can be taken out elsewhere.
+const CROWDED: f64 = 0.25;
+const CROWDED_HASTE: f64 = 0.03;
 
 /// Tets that all endgames together may treat, urgent ones and as many others, however small the mesh is: that takes a second or
 /// two where half of its tets need it.
@@ -212,10 +217,12 @@ fn passes(
     let mut bound = STRAYS;
     for (number, game) in GAMES.iter().enumerate() {
         let loose = &ground.loosened(&complex.facets, game.strays);
-        if game.strays > bound || game.haste < work.haste {
+        let is_crowded = endgame::left(complex).len() as f64 > CROWDED * complex.tets.len() as f64;
+        let haste = if is_crowded { game.haste.min(CROWDED_HASTE) } else { game.haste };
+        if game.strays > bound || haste < work.haste {
             work.forget();
         }
-        (bound, work.haste) = (game.strays, game.haste);
+        (bound, work.haste) = (game.strays, haste);
         if !goes_on(complex) {
             return;
         }
