@@ -239,6 +239,33 @@ fn bodies_that_share_an_edge_or_a_vertex_are_found_and_mended() {
 }
 
 #[test]
+fn only_attempts_that_change_the_topology_stay() {
+    let in_column = |p: DVec3| cube_of(p)[..2] == [2, 2];
+    let (made, filled) = Made::grid(5).label(|p| cube_of(p).iter().all(|x| (1..4).contains(x)));
+    let complex = made.complex();
+    let holed: Vec<bool> = (0..).zip(&filled).map(|(t, &f)| f && !in_column(made.centroid(t))).collect();
+    let kinds = vec![SeedKind::Interior; made.seeds];
+    // Geometry would leave the tunnel open.
+    let depth = |t: u32| if in_column(made.centroid(t as usize)) { -0.1 } else { 0.4 };
+    let never = |_: u32| false;
+    let judge = Judge { depth: &depth, flat: &never, reach: 0.5 };
+    let mut repair = Repair::new(&complex, &kinds, judge, holed.clone());
+    let euler = |labels: &[bool]| Boundary::of(&complex, labels).euler.iter().sum::<i64>();
+    repair.descend();
+    assert_eq!((repair.hard(), euler(repair.inside()), repair.twice_euler()), (0, 0, 0));
+
+    let column: Vec<u32> = (0..).zip(&filled).zip(&holed).filter(|((_, f), h)| f != h).map(|((t, _), _)| t).collect();
+    let above = |t: &u32| made.centroid(*t as usize).z > 3.0;
+    let shallow: Vec<u32> = column.iter().copied().filter(above).take(1).collect();
+    let before = repair.inside().to_vec();
+    assert!(!repair.attempt(&shallow));
+    assert_eq!(repair.inside(), before);
+    let gap: Vec<u32> = column.into_iter().filter(|&t| !before[t as usize]).collect();
+    assert!(repair.attempt(&gap));
+    assert_eq!((repair.hard(), euler(repair.inside()), repair.twice_euler()), (0, 2, 4));
+}
+
+#[test]
 fn geometry_decides_which_way_an_edge_is_mended() {
     // Two cubes that share an edge, between them a wedge that is shallow inside or shallow outside.
     let cubes = [[1, 1, 1], [2, 2, 1]];

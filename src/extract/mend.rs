@@ -14,8 +14,12 @@
 //!    those that lower the sum of penalties.
 //! 4. Take over from the depths where tets beside the boundary lie clearly on the other side of it than their labels say,
 //!    as where it runs across a crease that has seeds near by, and it stays a manifold.
-//! 5. Where the boundary is a manifold of the wrong topology, try clusters of tets whose labels contradict their depths
-//!    and regions that stand for no shell; keep what lowers the penalties or else the mismatch.
+//! 5. Where the topology is wrong, first fill tunnels, take bridges away and link what has fallen apart, one by one: by tets
+//!    between the vertices of triangles that stand across the surface, by clusters of tets whose labels contradict their
+//!    depths, by ways from small regions to others. What each does to the penalties and to the Euler characteristic is
+//!    known from around it, so that all can be tried.
+//! 6. Then try all such clusters at once, the large ones, and regions that stand for no shell, each followed by steps 1 to
+//!    4; keep what lowers the penalties or else the mismatch.
 //!
 //! Every accepted step lowers an integer, so it ends; all orders are by index, so that it is deterministic. No tet is
 //! toggled against its depth by more than a fraction of the spacing.
@@ -27,6 +31,7 @@ use super::boundary::{Boundary, OUTSIDE, regions};
 use super::complex::Complex;
 use super::repair::{Judge, Repair};
 use super::topology::Topology;
+use super::tunnels;
 use crate::geometry::tetrahedron::{self, FACETS};
 use crate::geometry::triangle::normal2;
 
@@ -40,6 +45,8 @@ const SLIM: f64 = 20.0;
 const SHEET: f64 = 0.94;
 /// Changes tried for the sake of topology.
 const TRIALS: usize = 32;
+/// Times that tunnels and bridges are looked for.
+const TUNNEL_PASSES: usize = 4;
 /// Rounds over all vertices.
 const ROUNDS: usize = 12;
 /// A region of more tets than this is no mistake of labelling.
@@ -145,9 +152,12 @@ fn score(sampling: &Sampling, repair: &Repair) -> (u64, u64, u64) {
     (repair.hard(), Topology::of(sampling, repair.inside(), &boundary).mismatch(), repair.soft())
 }
 
-/// Step 5.
+/// Steps 5 and 6.
 fn mend_topology(sampling: &Sampling, repair: &mut Repair, shape: Shape) {
     let mut best = score(sampling, repair);
+    if best.1 > 0 {
+        best = close_tunnels(sampling, repair, best);
+    }
     let mut trials = 0;
     while best.1 > 0 {
         let mut improved = false;
@@ -172,6 +182,36 @@ fn mend_topology(sampling: &Sampling, repair: &mut Repair, shape: Shape) {
             return;
         }
     }
+}
+
+/// Step 5, while the score falls from `best`. What is reached in the end.
+fn close_tunnels(sampling: &Sampling, repair: &mut Repair, mut best: (u64, u64, u64)) -> (u64, u64, u64) {
+    for _ in 0..TUNNEL_PASSES {
+        let before = best;
+        let mut suspects = tunnels::fillings(sampling, repair.inside());
+        let contradictions = contradictions(sampling, repair);
+        suspects.extend(repair.clusters(&contradictions));
+        let regions = small_regions(&sampling.complex, repair.inside());
+        suspects.extend(regions.iter().filter_map(|r| tunnels::link(&sampling.complex, repair.inside(), r)));
+        for change in repair.by_obedience(suspects) {
+            let mark = repair.mark();
+            if !repair.attempt(&change) {
+                continue;
+            }
+            // From around it a tunnel closed is no different from a component made up.
+            match score(sampling, repair) {
+                new if new < best => best = new,
+                _ => repair.undo(mark),
+            }
+            if best.1 == 0 {
+                return best;
+            }
+        }
+        if best == before {
+            break;
+        }
+    }
+    best
 }
 
 /// Of clusters that were toggled all at once, and mended to what `repair` has and `reached` says, looks for the few that it took:
@@ -205,20 +245,24 @@ fn narrow(
 
 /// Sets of tets whose labels may be what makes the topology wrong, the most promising first.
 fn candidates(sampling: &Sampling, repair: &mut Repair) -> Vec<Vec<u32>> {
-    let complex = &sampling.complex;
-    let boundary = Boundary::of(complex, repair.inside());
-    let mut vertices: Vec<u32> = boundary.triangles.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    let contradictions = repair.contradictions(&vertices);
+    let contradictions = contradictions(sampling, repair);
     let mut clusters = repair.clusters(&contradictions);
     clusters.sort_by_key(|c| std::cmp::Reverse(c.len()));
-    let mut all = small_regions(complex, repair.inside());
+    let mut all = small_regions(&sampling.complex, repair.inside());
     if clusters.len() > 1 {
         all.push(contradictions);
     }
     all.extend(clusters);
     all
+}
+
+/// The tets at the boundary whose labels contradict their depths.
+fn contradictions(sampling: &Sampling, repair: &mut Repair) -> Vec<u32> {
+    let boundary = Boundary::of(&sampling.complex, repair.inside());
+    let mut vertices: Vec<u32> = boundary.triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    repair.contradictions(&vertices)
 }
 
 /// Small regions of tets inside, and small cavities, that are surrounded by the other label.

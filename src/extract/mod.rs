@@ -49,6 +49,8 @@ pub mod repair;
 
 pub mod topology;
 
+mod tunnels;
+
 pub use defects::{Defect, DefectKind, defects};
 pub use dense::dense_proposals;
 pub use mend::mend;

@@ -42,6 +42,12 @@ pub struct Repair<'a> {
     penalty: Vec<u32>,
     hard: u64,
     soft: u64,
+    // Whether each seed is on the boundary; how many are, and the facets of the boundary.
+    bounds: Vec<bool>,
+    vertices: i64,
+    facets: i64,
+    // Every tet that was toggled, in order.
+    toggled: Vec<u32>,
     // Vertices with a penalty whose stars have changed since they were last looked at.
     pending: Vec<u32>,
     // Depths asked for so far, otherwise NaN.
@@ -66,6 +72,10 @@ impl<'a> Repair<'a> {
             penalty: vec![0; complex.seeds],
             hard: 0,
             soft: 0,
+            bounds: vec![false; complex.seeds],
+            vertices: 0,
+            facets: 0,
+            toggled: Vec::new(),
             pending: Vec::new(),
             depths,
             conforming,
@@ -73,10 +83,12 @@ impl<'a> Repair<'a> {
             touched: Vec::new(),
         };
         let buffers = || complex.fan_buffers();
-        let penalty = |buffers: &mut FanBuffers, v: u32| repair.penalty_with(v, buffers);
+        let state = |buffers: &mut FanBuffers, v: u32| repair.state_with(v, buffers);
         let seeds = 0..complex.seeds as u32;
-        let penalties: Vec<u32> = seeds.into_par_iter().with_min_len(BLOCK).map_init(buffers, penalty).collect();
-        (0..).zip(penalties).for_each(|(v, penalty)| repair.set_penalty(v, penalty));
+        let states: Vec<(u32, bool)> = seeds.into_par_iter().with_min_len(BLOCK).map_init(buffers, state).collect();
+        (0..).zip(states).for_each(|(v, state)| repair.set_state(v, state));
+        let tets = (0..repair.inside.len() as u32).filter(|&t| repair.inside[t as usize]);
+        repair.facets = tets.map(|t| complex.exposed(&repair.inside, t) as i64).sum();
         repair
     }
 
@@ -105,17 +117,25 @@ impl<'a> Repair<'a> {
         self.conforming
     }
 
+    /// Twice the Euler characteristic of the boundary, where it is a manifold: each facet has three edges, each edge two
+    /// facets.
+    pub fn twice_euler(&self) -> i64 {
+        2 * self.vertices - self.facets
+    }
+
     fn total(&self) -> u64 {
         self.hard + self.soft
     }
 
     /// Looks at vertex `v` again.
     fn renew(&mut self, v: u32) {
-        let new = self.penalty_of(v);
-        self.set_penalty(v, new);
+        let new = self.state_of(v);
+        self.set_state(v, new);
     }
 
-    fn set_penalty(&mut self, v: u32, new: u32) {
+    fn set_state(&mut self, v: u32, (new, bounds): (u32, bool)) {
+        let bounded = std::mem::replace(&mut self.bounds[v as usize], bounds);
+        self.vertices += i64::from(bounds) - i64::from(bounded);
         let old = std::mem::replace(&mut self.penalty[v as usize], new);
         let (soft_old, soft_new) = (old % PIECE == MISPLACED, new % PIECE == MISPLACED);
         self.soft = self.soft + u64::from(soft_new) - u64::from(soft_old);
@@ -132,21 +152,23 @@ impl<'a> Repair<'a> {
         (0..self.penalty.len() as u32).filter(|&v| self.penalty[v as usize] >= least).collect()
     }
 
-    fn penalty_of(&mut self, v: u32) -> u32 {
+    /// The penalty of vertex `v`, and whether it is on the boundary.
+    fn state_of(&mut self, v: u32) -> (u32, bool) {
         let mut buffers = std::mem::take(&mut self.buffers);
-        let penalty = self.penalty_with(v, &mut buffers);
+        let state = self.state_with(v, &mut buffers);
         self.buffers = buffers;
-        penalty
+        state
     }
 
-    fn penalty_with(&self, v: u32, buffers: &mut FanBuffers) -> u32 {
+    fn state_with(&self, v: u32, buffers: &mut FanBuffers) -> (u32, bool) {
         let fans = self.complex.fans(&self.inside, v, buffers);
         let pieces = fans.inside.saturating_sub(1) + fans.outside.saturating_sub(1);
         let misplaced = self.conforming && fans.on_boundary() == (self.kinds[v as usize] == SeedKind::Interior);
-        match self.complex.is_unused(v, fans) {
+        let penalty = match self.complex.is_unused(v, fans) {
             true => UNUSED,
             false => PIECE * pieces + if misplaced { MISPLACED } else { 0 },
-        }
+        };
+        (penalty, fans.on_boundary())
     }
 
     /// How deep tet `t` lies.
@@ -172,18 +194,16 @@ impl<'a> Repair<'a> {
         if self.is_island(tets) {
             return None;
         }
-        let mut sum = 0.0;
-        for &t in tets {
-            if !self.complex.usable(t) || (!self.inside[t as usize] && (self.judge.flat)(t)) {
-                return None;
-            }
-            let against = if self.inside[t as usize] { self.depth(t) } else { -self.depth(t) };
-            if against > self.judge.reach {
-                return None;
-            }
-            sum += against;
+        tets.iter().map(|&t| self.against(t)).sum()
+    }
+
+    /// The same for tet `t` alone.
+    fn against(&mut self, t: u32) -> Option<f64> {
+        if !self.complex.usable(t) || (!self.inside[t as usize] && (self.judge.flat)(t)) {
+            return None;
         }
-        Some(sum)
+        let against = if self.inside[t as usize] { self.depth(t) } else { -self.depth(t) };
+        (against <= self.judge.reach).then_some(against)
     }
 
     /// Whether `tets` would be alone with their new label: a component of the boundary out of nothing, which no vertex
@@ -215,7 +235,7 @@ impl<'a> Repair<'a> {
         self.touch(tets);
         let touched = std::mem::take(&mut self.touched);
         self.flip(tets);
-        let change = touched.iter().map(|&v| i64::from(self.penalty_of(v)) - i64::from(self.penalty[v as usize])).sum();
+        let change = touched.iter().map(|&v| i64::from(self.state_of(v).0) - i64::from(self.penalty[v as usize])).sum();
         self.flip(tets);
         self.touched = touched;
         change
@@ -223,7 +243,11 @@ impl<'a> Repair<'a> {
 
     /// Toggles `tets`.
     pub fn toggle(&mut self, tets: &[u32]) {
-        self.flip(tets);
+        for &t in tets {
+            self.facets += 4 - 2 * self.complex.exposed(&self.inside, t) as i64;
+            self.inside[t as usize] ^= true;
+        }
+        self.toggled.extend(tets);
         self.touch(tets);
         let touched = std::mem::take(&mut self.touched);
         for &v in &touched {
@@ -503,6 +527,52 @@ impl<'a> Repair<'a> {
                 self.toggle(&[t]);
             }
         }
+    }
+
+    /// What of each of `sets` may be toggled; the sets that go least against geometry first.
+    pub fn by_obedience(&mut self, sets: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+        self.prefetch(&sets.concat());
+        let mut ranked: Vec<(f64, Vec<u32>)> = Vec::new();
+        for mut set in sets {
+            set.retain(|&t| self.against(t).is_some());
+            let sum: f64 = set.iter().filter_map(|&t| self.against(t)).sum();
+            if !set.is_empty() {
+                ranked.push((sum / set.len() as f64, set));
+            }
+        }
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+        ranked.dedup();
+        ranked.into_iter().map(|(_, set)| set).collect()
+    }
+
+    /// Toggles `tets` and mends what that breaks around them. Where that makes more of what makes the mesh invalid, or as much
+    /// with a boundary of the same Euler characteristic, all stays as it was. Whether it does not.
+    pub fn attempt(&mut self, tets: &[u32]) -> bool {
+        if self.is_island(tets) {
+            return false;
+        }
+        let (mark, hard, euler) = (self.mark(), self.hard, self.twice_euler());
+        self.toggle(tets);
+        self.descend();
+        let matters = self.hard < hard || (self.hard == hard && self.twice_euler() != euler);
+        if !matters {
+            self.undo(mark);
+        }
+        matters
+    }
+
+    /// How many toggles there have been, to go back to.
+    pub fn mark(&self) -> usize {
+        self.toggled.len()
+    }
+
+    /// Takes back all toggles since there were `mark` of them.
+    pub fn undo(&mut self, mark: usize) {
+        let mut undone = self.toggled.split_off(mark);
+        undone.sort_unstable();
+        let odd: Vec<u32> = undone.chunk_by(|a, b| a == b).filter(|same| same.len() % 2 == 1).map(|s| s[0]).collect();
+        self.toggle(&odd);
+        self.toggled.truncate(mark);
     }
 
     /// Goes back to `labels`.

@@ -64,7 +64,9 @@ impl Topology {
             .map(|s| {
                 let count = self.of_shell(s).count() as u64;
                 let euler: i64 = self.of_shell(s).map(|c| c.euler).sum();
-                2 * count.abs_diff(1) + euler.abs_diff(self.shells[s as usize])
+                // What has come off another is a sphere of its own: it hides no handle of that.
+                let of_one = euler - 2 * (count as i64 - 1);
+                2 * count.abs_diff(1) + of_one.abs_diff(self.shells[s as usize])
             })
             .sum();
         let bridges = self.components.iter().filter(|c| c.other.is_some()).count() as u64;
