@@ -6,6 +6,9 @@ use super::sheet::{Face, Linear, Whole};
 use super::weighted;
 use crate::geometry::triangle::normal2;
 
+/// Numbers of a [`Cell`].
+pub(super) const NUMBERS: usize = 11;
+
 /// What a seed owns of the solid and of its surface. Moments are relative to the seed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
@@ -125,6 +128,19 @@ impl Cell {
     /// What there is of the surface alone.
     pub(super) fn of_surface(self) -> Cell {
         Cell { volume: 0.0, moment: DVec3::ZERO, energy: 0.0, ..self }
+    }
+
+    /// Its numbers, in their order.
+    pub(super) fn numbers(&self) -> [f64; NUMBERS] {
+        let (m, a) = (self.moment, self.area_moment);
+        [self.volume, self.mass, m.x, m.y, m.z, self.energy, self.area, a.x, a.y, a.z, self.area_mass]
+    }
+
+    /// Adds as many.
+    pub(super) fn add_numbers(&mut self, numbers: [f64; NUMBERS]) {
+        let [volume, mass, x, y, z, energy, area, area_x, area_y, area_z, area_mass] = numbers;
+        let (moment, area_moment) = (DVec3::new(x, y, z), DVec3::new(area_x, area_y, area_z));
+        self.add(&Cell { volume, mass, moment, energy, area, area_moment, area_mass });
     }
 
     /// Adds what another part of the work found for the same cell.

@@ -28,6 +28,8 @@ use crate::surface::Surface;
 
 mod bisector;
 
+mod borders;
+
 mod cell;
 
 mod circumcenters;
@@ -35,6 +37,8 @@ mod circumcenters;
 mod crossings;
 
 mod expansion;
+
+mod net;
 
 mod outline;
 
@@ -46,6 +50,8 @@ mod polygon;
 
 pub mod polyhedra;
 
+mod shares;
+
 mod sheet;
 
 mod slices;
@@ -55,6 +61,8 @@ mod surface_pieces;
 mod vertices;
 
 mod voronoi_edges;
+
+mod walls;
 
 mod weighted;
 
@@ -173,7 +181,7 @@ impl<'a> Clipper<'a> {
     pub fn clip_first(&mut self, delaunay: &Delaunay, seeds: usize) -> ClippedVoronoi {
         let (points, arch) = (&delaunay.points()[..seeds], self.arch);
         let adjacency = self.adjacency.follow(delaunay, seeds);
-        self.owners.update(&self.sheet.points, &self.sheet.triangles, points, adjacency, arch);
+        self.owners.update(&self.sheet.points, points, adjacency, arch);
 
         let weights = self.sizing.as_ref().map(|s| weighted::sizes(s, points));
         let weights = weights.as_ref().map(|w| Weights { sizes: &w.sizes, densities: &w.densities });

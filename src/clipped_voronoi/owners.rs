@@ -19,10 +19,6 @@ pub(super) struct Owners {
     first: Vec<u32>,
     /// Vertices by owner, ascending for each.
     vertices: Vec<u32>,
-    /// The same for the triangles with a corner of a seed's own.
-    first_triangle: Vec<u32>,
-    /// Twice the triangle, plus 1 if all its corners have one owner.
-    triangles: Vec<u32>,
 }
 
 impl Owners {
@@ -36,22 +32,9 @@ impl Owners {
         &self.vertices[self.first[i] as usize..self.first[i + 1] as usize]
     }
 
-    /// The triangles of which seed `i` owns a corner, ascending, and whether it owns all three.
-    pub(super) fn triangles_of(&self, i: usize) -> impl Iterator<Item = (u32, bool)> + '_ {
-        let own = &self.triangles[self.first_triangle[i] as usize..self.first_triangle[i + 1] as usize];
-        own.iter().map(|&n| (n / 2, n % 2 == 1))
-    }
-
-    /// Follows the seeds, `points`, to where they are now, for vertices `at` their places and the triangles between them; owners
-    /// of the last time are the first guess.
-    pub(super) fn update(
-        &mut self,
-        at: &[DVec3],
-        triangles: &[[u32; 3]],
-        points: &[DVec3],
-        adjacency: &Adjacency,
-        arch: pulp::Arch,
-    ) {
+    /// Follows the seeds, `points`, to where they are now, for vertices `at` their places; owners of the last time are the first
+    /// guess.
+    pub(super) fn update(&mut self, at: &[DVec3], points: &[DVec3], adjacency: &Adjacency, arch: pulp::Arch) {
         if self.of.len() == at.len() && self.first.len() == points.len() + 1 {
             let changes = self.verify(at, points, adjacency, arch);
             if changes.is_empty() {
@@ -62,7 +45,6 @@ impl Owners {
             self.search(at, points, adjacency);
         }
         self.group(points.len());
-        self.group_triangles(points.len(), triangles);
     }
 
     /// The vertices that have another owner than before.
@@ -110,26 +92,6 @@ impl Owners {
         for (v, &i) in self.of.iter().enumerate().rev() {
             self.first[i as usize] -= 1;
             self.vertices[self.first[i as usize] as usize] = v as u32;
-        }
-    }
-
-    /// The same for triangles, each once for each of its owners.
-    fn group_triangles(&mut self, seeds: usize, triangles: &[[u32; 3]]) {
-        let of = &self.of;
-        let owners = |ids: &[u32; 3]| {
-            let [a, b, c] = ids.map(|v| of[v as usize]);
-            let whole = a == b && b == c;
-            ([Some(a), (b != a).then_some(b), (c != a && c != b).then_some(c)], whole)
-        };
-        count(&mut self.first_triangle, seeds, triangles.iter().flat_map(|ids| owners(ids).0).flatten());
-        self.triangles.resize(self.first_triangle[seeds] as usize, 0);
-        for (t, ids) in (0..triangles.len() as u32).zip(triangles).rev() {
-            let (owners, whole) = owners(ids);
-            for i in owners.into_iter().flatten() {
-                let first = &mut self.first_triangle[i as usize];
-                *first -= 1;
-                self.triangles[*first as usize] = 2 * t + u32::from(whole);
-            }
         }
     }
 }

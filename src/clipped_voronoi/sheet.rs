@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Density;
+use super::net::Net;
 use crate::geometry::hilbert::hilbert_order;
 use crate::geometry::triangle::normal2;
 use crate::surface::Surface;
@@ -21,6 +22,8 @@ pub(super) struct Sheet<'a> {
     vertices: Vec<u32>,
     /// Where each is.
     pub(super) points: Vec<DVec3>,
+    /// How these hang together.
+    pub(super) net: Net,
     /// What each triangle adds to a cell that holds it whole.
     wholes: Vec<Whole>,
     /// The density of the surface.
@@ -106,10 +109,12 @@ impl<'a> Sheet<'a> {
             }
             *number
         };
-        let triangles = order.iter().map(|&t| surface.triangles()[t as usize].map(&mut number)).collect();
-        let points = vertices.iter().map(|&v| surface.points()[v as usize]).collect();
+        let triangles: Vec<[u32; 3]> =
+            order.iter().map(|&t| surface.triangles()[t as usize].map(&mut number)).collect();
+        let points: Vec<DVec3> = vertices.iter().map(|&v| surface.points()[v as usize]).collect();
+        let net = Net::new(&triangles, points.len());
         let (density, solid) = (OnVertices::default(), OnVertices::default());
-        let mut sheet = Sheet { surface, order, triangles, vertices, points, wholes: Vec::new(), density, solid };
+        let mut sheet = Sheet { surface, order, triangles, vertices, points, net, wholes: Vec::new(), density, solid };
         sheet.set_wholes();
         sheet
     }
@@ -164,6 +169,12 @@ impl<'a> Sheet<'a> {
     #[inline]
     pub(super) fn density_on(&self, t: u32, from: DVec3) -> Linear {
         self.density.on(t, self.triangles[t as usize], from)
+    }
+
+    /// The density of the surface at the corners of triangle `t`.
+    #[inline]
+    pub(super) fn densities(&self, t: u32) -> [f64; 3] {
+        self.density.at_vertices(self.triangles[t as usize])
     }
 
     /// Triangle `t` with its corners relative to a seed.

@@ -1,15 +1,17 @@
 //! The surface cut up by the Voronoi cells: pieces of triangles, cut segments, crossings of Voronoi edges.
 //!
-//! 1. Every vertex of the surface has an owner (`owners.rs`). A seed owns a piece of every triangle at its vertices: the whole
-//!    of it where all three are its own, cells being convex; else what its bisectors leave of it, which the edges at its own
+//! 1. Every vertex of the surface has an owner (`owners.rs`). A triangle whose three are one seed's is in its cell whole, cells
+//!    being convex; nearly all others are shared by few cells in a way that is simple to prove (`borders.rs`) and to sum, where
+//!    triangles are smaller than cells (`shares.rs`).
+//! 2. A seed owns a piece of every other triangle at its vertices: what its bisectors leave of it, which the edges at its own
 //!    vertices show nearly always (`outline.rs`), and clipping always (`polygon.rs`).
-//! 2. Which other seeds own a piece of a triangle follows by spreading over the bisectors that cut it: Yan, Lévy, Liu, Sun,
+//! 3. Which further seeds own a piece of a triangle follows by spreading over the bisectors that cut it: Yan, Lévy, Liu, Sun,
 //!    Wang, *Isotropic remeshing with fast and exact computation of restricted Voronoi diagram*, Computer Graphics Forum
 //!    28(5), 2009, doi 10.1111/j.1467-8659.2009.01521.x. Those of the last time are tried first, all at once.
 //!
-//! Departure: cells, not triangles, are gone through, so that each sum has one writer and its order does not depend on
-//! the number of threads; and a cell's bisectors meet the corners of all of its triangles at once, in vectors (`planes.rs`),
-//! as most pieces are summed (`slices.rs`).
+//! Departure: where pieces are cut, cells, not triangles, are gone through, so that each sum has one writer and its order does
+//! not depend on the number of threads; and a cell's bisectors meet the corners of all of its triangles at once, in vectors
+//! (`planes.rs`), as most pieces are summed (`slices.rs`).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,7 +26,8 @@ use super::sheet::Sheet;
 use super::slices::{Part, Slices};
 use super::vertices::Vertices;
 use super::weighted::Weights;
-use super::{Crossing, SEEDS};
+use super::{Crossing, SEEDS, shares};
+use crate::bucket_sort::sorted_by_bucket;
 use crate::delaunay::Adjacency;
 use crate::geometry::predicates::Sign;
 
@@ -64,40 +67,70 @@ struct Cutter<'a> {
 
 /// Adds the surface to `cells`; returns the crossings of Voronoi edges, by facet.
 ///
-/// `cornerless` are pairs of a seed and a triangle of which it owns a piece but no corner: guesses, then those that are so.
+/// `cornerless` are pairs of a seed and a triangle of which it owns a piece but no corner, and which are cut one by one: guesses,
+/// then those that are so.
 pub(super) fn add_pieces(cells: &mut [Cell], scene: Scene, cornerless: &mut Vec<Pair>) -> Vec<Crossing> {
-    // 1. Seeds that own vertices.
-    let parts: Vec<_> = cells
-        .par_chunks_mut(SEEDS)
-        .enumerate()
-        .map_init(
-            || Cutter::new(scene),
-            |cutter, (block, cells)| {
-                for (i, cell) in (block * SEEDS..).zip(cells) {
-                    cutter.add_own(i as u32, cell);
-                }
-                cutter.take()
-            },
-        )
-        .collect();
-    let mut todo = std::mem::take(cornerless);
-    todo.retain(|&(i, t)| (i as usize) < scene.points.len() && !scene.owns_corner(i, t));
-    let mut crossings = Vec::new();
-    for (mut more, mut beyond) in parts {
-        crossings.append(&mut more);
-        todo.append(&mut beyond);
-    }
+    // 1. Triangles that few cells share in a simple way.
+    let (mut crossings, left) = shares::add(cells, scene);
     // 2. Others.
-    let mut pieces = add_cornerless(scene, todo, &mut crossings);
+    add_left(cells, scene, &left, cornerless, &mut crossings);
+    // Most are in order already.
+    crossings.sort_by_key(|c| (c.facet, c.triangle));
+    crossings
+}
+
+/// Adds to `cells` and `crossings` what cutting the triangles `left` one by one finds.
+pub(super) fn add_left(
+    cells: &mut [Cell],
+    scene: Scene,
+    left: &[u32],
+    cornerless: &mut Vec<Pair>,
+    crossings: &mut Vec<Crossing>,
+) {
+    let mut is_left = vec![false; scene.sheet.triangles.len()];
+    left.iter().for_each(|&t| is_left[t as usize] = true);
+    let mut todo = std::mem::take(cornerless);
+    todo.retain(|&(i, t)| {
+        (i as usize) < scene.points.len() && is_left[t as usize] && !scene.corner_owners(t).contains(&i)
+    });
+    // 1. Seeds that own corners.
+    add_own(cells, scene, left, &mut todo, crossings);
+    // 2. Others.
+    let mut pieces = add_cornerless(scene, todo, crossings);
     // Guesses, nearly all of them, are in order already.
     pieces.sort_by_key(|p| p.0);
     for ((i, _), piece) in &pieces {
         cells[*i as usize].add(piece);
     }
     cornerless.extend(pieces.into_iter().map(|p| p.0));
-    // Most are in order already.
-    crossings.sort_by_key(|c| (c.facet, c.triangle));
-    crossings
+}
+
+/// Adds to `cells` the pieces of `triangles` that belong to the owners of their corners; adds other owners of pieces to `beyond`.
+fn add_own(cells: &mut [Cell], scene: Scene, triangles: &[u32], beyond: &mut Vec<Pair>, crossings: &mut Vec<Crossing>) {
+    let mut own: Vec<Pair> = Vec::new();
+    for &t in triangles {
+        let [a, b, c] = scene.corner_owners(t);
+        own.push((a, t));
+        own.extend((b != a).then_some((b, t)));
+        own.extend((c != a && c != b).then_some((c, t)));
+    }
+    let own = sorted_by_bucket(&own, cells.len(), |pair| pair.0);
+    let by_seed: Vec<&[Pair]> = own.chunk_by(|a, b| a.0 == b.0).collect();
+    let parts: Vec<_> = by_seed
+        .par_chunks(SEEDS)
+        .map_init(
+            || Cutter::new(scene),
+            |cutter, seeds| {
+                let sums: Vec<(u32, Cell)> = seeds.iter().map(|pairs| (pairs[0].0, cutter.cut_own(pairs))).collect();
+                (sums, cutter.take())
+            },
+        )
+        .collect();
+    for (sums, (mut more, mut others)) in parts {
+        sums.into_iter().for_each(|(i, sum)| cells[i as usize].add(&sum));
+        crossings.append(&mut more);
+        beyond.append(&mut others);
+    }
 }
 
 /// The pieces of seeds that own no corner of their triangle: those of `todo` that there are, and all that they lead to.
@@ -135,13 +168,23 @@ fn add_cornerless(scene: Scene, mut todo: Vec<Pair>, crossings: &mut Vec<Crossin
 }
 
 impl Scene<'_> {
-    /// Whether seed `i` owns a corner of triangle `t`.
-    fn owns_corner(&self, i: u32, t: u32) -> bool {
-        self.corner_owners(t).contains(&i)
+    /// The owners of the corners of triangle `t`.
+    #[inline]
+    pub(super) fn corner_owners(&self, t: u32) -> [u32; 3] {
+        self.sheet.triangles[t as usize].map(|v| self.owners.of()[v as usize])
     }
 
-    fn corner_owners(&self, t: u32) -> [u32; 3] {
-        self.sheet.triangles[t as usize].map(|v| self.owners.of()[v as usize])
+    /// Adds a triangle that seed `i` owns whole.
+    #[inline]
+    pub(super) fn add_whole(&self, i: u32, t: u32, cell: &mut Cell) {
+        let Scene { points, sheet, .. } = self;
+        match &self.weights {
+            None => cell.add_triangle(sheet.whole(t), points[i as usize]),
+            Some(weights) => {
+                let face = sheet.face(t, sheet.corners(t).map(|p| p - points[i as usize]));
+                cell.add_weighted_polygon(&face.corners, &face, weights.at_seed(i));
+            }
+        }
     }
 }
 
@@ -166,39 +209,32 @@ impl<'a> Cutter<'a> {
         (std::mem::take(&mut self.crossings), std::mem::take(&mut self.beyond))
     }
 
-    /// Adds to the cell of seed `i` what it owns of the triangles at its vertices; of interfaces, which do not end the solid,
-    /// the area alone.
-    fn add_own(&mut self, i: u32, cell: &mut Cell) {
-        self.add_own_of(i, false, cell);
+    /// The pieces of the triangles of `pairs`, all of one seed, which owns corners of theirs; of interfaces, which do not end the
+    /// solid, the area alone.
+    fn cut_own(&mut self, pairs: &[Pair]) -> Cell {
+        let mut cell = self.cut_own_of(pairs, false);
         if self.scene.sheet.surface.has_interfaces() {
-            let mut piece = Cell::default();
-            self.add_own_of(i, true, &mut piece);
-            cell.add(&piece.of_surface());
+            cell.add(&self.cut_own_of(pairs, true).of_surface());
         }
+        cell
     }
 
     /// The same for triangles that are interfaces, or are none.
-    fn add_own_of(&mut self, i: u32, interface: bool, cell: &mut Cell) {
-        let Scene { points, sheet, owners, .. } = self.scene;
-        let seed = points[i as usize];
+    fn cut_own_of(&mut self, pairs: &[Pair], interface: bool) -> Cell {
+        let Scene { points, sheet, arch, .. } = self.scene;
+        let i = pairs[0].0;
         self.clear();
-        for (t, whole) in owners.triangles_of(i as usize) {
-            if sheet.is_interface(t) != interface {
-                continue;
-            }
-            if whole {
-                self.add_whole(i, t, cell);
-            } else {
-                self.add_triangle(t, seed);
-            }
+        for &(_, t) in pairs.iter().filter(|p| sheet.is_interface(p.1) == interface) {
+            self.add_triangle(t, points[i as usize]);
         }
-        let from = self.crossings.len();
+        let (mut cell, from) = (Cell::default(), self.crossings.len());
         self.test(i);
         for n in 0..self.triangles.len() {
-            self.cut(i, n, cell);
+            self.cut(i, n, &mut cell);
         }
-        self.slices.take(self.scene.arch, cell);
+        self.slices.take(arch, &mut cell);
         self.crossings[from..].sort_unstable_by_key(|c| (c.facet, c.triangle));
+        cell
     }
 
     /// Cuts the triangles of `pairs`, all of one seed, which owns no corner of theirs.
@@ -239,18 +275,6 @@ impl<'a> Cutter<'a> {
             let Scene { points, adjacency, arch, .. } = self.scene;
             let at = self.vertices.at.iter().copied();
             self.planes.set(arch, points[i as usize], adjacency.of(i as usize), points, at);
-        }
-    }
-
-    /// Adds a triangle that seed `i` owns whole.
-    fn add_whole(&self, i: u32, t: u32, cell: &mut Cell) {
-        let Scene { points, sheet, .. } = self.scene;
-        match &self.scene.weights {
-            None => cell.add_triangle(sheet.whole(t), points[i as usize]),
-            Some(weights) => {
-                let face = sheet.face(t, sheet.corners(t).map(|p| p - points[i as usize]));
-                cell.add_weighted_polygon(&face.corners, &face, weights.at_seed(i));
-            }
         }
     }
 

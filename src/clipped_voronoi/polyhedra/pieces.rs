@@ -30,7 +30,7 @@ pub(super) fn collect(
     adjacency: &Adjacency,
 ) -> (Vec<Face<Key>>, Vec<Segment<Key>>) {
     let mut owners = Owners::default();
-    owners.update(surface.points(), surface.triangles(), points, adjacency, pulp::Arch::new());
+    owners.update(surface.points(), points, adjacency, pulp::Arch::new());
     let owners = owners.of();
     let count = surface.triangles().len() as u32;
     let starts: Vec<u32> = (0..count).step_by(BLOCK).collect();
