@@ -117,23 +117,24 @@ fn mesh(
 
     // 3. More seeds where a valid mesh needs them, before the last iterations; what these break is mended once more.
     observer.stage(Stage::Extract);
+    let solid = (surface, &features);
     let started = Instant::now();
     let moved_s = relaxation.moving_time();
     let made = relaxation.iterations();
-    let mut inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
+    let mut inside = refine::until_valid(&mut relaxation, solid, params, observer, stopped.is_interruption())?;
     let is_sound = relaxation.iterations() == made;
     if stopped == Stopped::Iterations && relaxation.iterations() < iterations {
         stopped = relaxation.run(iterations - relaxation.iterations(), observer)?;
         // What needed nothing is looked at once more in the end, where that is yet to come.
         let is_end = stopped.is_interruption() || against_slivers == 0;
         if is_end || !is_sound {
-            inside = refine::until_valid(&mut relaxation, surface, params, observer, stopped.is_interruption())?;
+            inside = refine::until_valid(&mut relaxation, solid, params, observer, stopped.is_interruption())?;
         }
     }
     if !stopped.is_interruption() && against_slivers > 0 {
         let last = relaxation.reduce_slivers(against_slivers, observer)?;
         stopped = if last.is_interruption() { last } else { stopped };
-        inside = refine::until_valid(&mut relaxation, surface, params, observer, last.is_interruption())?;
+        inside = refine::until_valid(&mut relaxation, solid, params, observer, last.is_interruption())?;
     }
     observer.triangulation(relaxation.delaunay(), surface);
 

@@ -14,8 +14,9 @@ use crate::geometry::places::Places;
 use crate::params::{Boundary, Params};
 use crate::progress::Observer;
 use crate::relax::{Relaxation, Stopped};
-use crate::seeds::{Anchor, SeedKind};
+use crate::seeds::{self, Anchor, SeedKind, Seeds};
 use crate::surface::Surface;
+use crate::surface::features::Features;
 
 /// Rounds of insertion before the run gives up.
 const ROUNDS: usize = 40;
@@ -134,7 +135,7 @@ fn taken_places(relaxation: &Relaxation, kinds: &[SeedKind]) -> Places {
 /// Labels the tets of the mesh; inserts seeds until they form one. After an interruption only what must be is mended.
 pub fn until_valid(
     relaxation: &mut Relaxation,
-    surface: &Surface,
+    (surface, features): (&Surface, &Features),
     params: &Params,
     observer: &mut dyn Observer,
     mut interrupted: bool,
@@ -175,7 +176,7 @@ pub fn until_valid(
         if let Some(first) = fatal.first()
             && (proposals.is_empty() || hopeless || donors.is_empty())
         {
-            return Err(too_few(surface, first, kinds.len(), &proposals));
+            return Err(too_few((surface, features), params, relaxation.seeds(), (first, proposals.len())));
         }
         if donors.is_empty() {
             return Ok(labels);
@@ -443,10 +444,65 @@ fn note(round: usize, defects: &[Defect], splits: usize, moved: usize) -> String
     format!("round {}: {}; {moved} seeds moved there from elsewhere", round + 1, list.join(", "))
 }
 
-/// The error for a sampling that cannot be mended.
-fn too_few(surface: &Surface, defect: &Defect, count: usize, proposals: &[Proposal]) -> Error {
-    let place = surface.frame().to_model(defect.place).to_array();
+/// The error for a sampling that cannot be mended: the first defect, and how many places there are at which more seeds would be wanted.
+fn too_few(
+    (surface, features): (&Surface, &Features),
+    params: &Params,
+    seeds: &Seeds,
+    (defect, places): (&Defect, usize),
+) -> Error {
+    let count = seeds.positions.len();
     // A place that is still too coarse takes a few seeds more than were moved to it.
-    let needed = (count + count / 2).max(count + 4 * proposals.len());
-    Error::TooFewSeeds { count, needed, reason: defect.kind.describe().to_string(), place }
+    let for_places = (count + count / 2).max(count + 4 * places);
+    // Walls that were too thin for the first seeds to see to may be too thin for that many too.
+    let for_walls = match params.boundary {
+        Boundary::Conform => {
+            seeds::enough_for_walls(surface, features, seeds.sizing.as_deref(), (count, params.random_seed))
+        }
+        Boundary::Free => 0,
+    };
+    Error::TooFewSeeds {
+        count,
+        needed: for_places.max(for_walls),
+        reason: defect.kind.describe().to_string(),
+        place: surface.frame().to_model(defect.place).to_array(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Target;
+
+    /// A plate of 1 by 1, as thin as it says.
+    fn plate(thickness: f64) -> Surface {
+        let size = DVec3::new(1.0, 1.0, thickness);
+        let corner = |i: u32| size * DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let each: Vec<u32> = (0..12).collect();
+        let points: Vec<DVec3> = (0..8).map(corner).collect();
+        Surface::new(&points, &triangles, &each, &each).expect("a closed surface")
+    }
+
+    /// A count that the first seeds do with, because walls have fewer than they should, may be too few all the same.
+    #[test]
+    fn a_refusal_names_no_fewer_seeds_than_thin_walls_need() {
+        let surface = plate(0.01);
+        let params = |count| Params { target: Target::Count(count), ..Params::default() };
+        let features = Features::find(&surface, params(4).feature_angle);
+        let needed = |error| match error {
+            Error::TooFewSeeds { needed, .. } => needed,
+            other => panic!("{other}"),
+        };
+        let walls = needed(seeds::sample(&surface, &features, &params(1000)).expect_err("too few for the walls"));
+        let stretched = seeds::sample(&surface, &features, &params(2500)).expect("just enough for the walls");
+        let (kind, place, seeds) = (DefectKind::UnusedSeed, stretched.positions[0], vec![0]);
+        let defect = Defect { kind, place, seeds, crossing: None, shell: None };
+        let named = needed(too_few((&surface, &features), &params(2500), &stretched, (&defect, 1)));
+        assert!(named >= walls, "{named} seeds are said to do, thin walls need {walls}");
+        // Where nothing is thin the places of the defects tell.
+        let seeds = Seeds { positions: vec![DVec3::ZERO; 100_000], ..stretched };
+        assert_eq!(needed(too_few((&surface, &features), &params(100_000), &seeds, (&defect, 1))), 150_000);
+    }
 }

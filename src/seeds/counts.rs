@@ -396,10 +396,15 @@ impl<'a> Demand<'a> {
     fn thin_shortage(&self) -> Shortage {
         // Named where the most seeds go: the least limit of all.
         let least = (0..self.limits.len()).min_by(|&a, &b| self.limits[a].total_cmp(&self.limits[b])).unwrap_or(0);
-        let needed = self.total(self.widest(), 1.0).ceil() as usize;
         let length = self.surface.frame().length_to_model(self.limits[least]);
         let reason = format!("thin walls or narrow gaps need edges of about {length:.3e}");
-        Shortage { needed: needed + needed / 50, thin: true, reason, vertex: least as u32 }
+        Shortage { needed: self.enough_for_limits(), thin: true, reason, vertex: least as u32 }
+    }
+
+    /// A count that keeps all limits.
+    pub(super) fn enough_for_limits(&self) -> usize {
+        let needed = self.total(self.widest(), 1.0).ceil() as usize;
+        needed.saturating_add(needed / 50)
     }
 
     fn shell_deficits(&self) -> Vec<usize> {

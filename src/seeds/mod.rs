@@ -22,6 +22,7 @@ use counts::{Demand, Plan, Shortage, Size};
 use grid::{CellGrid, typical};
 use interior::Interior;
 use surface_sampling::BoundarySeed;
+use thickness::FLOOR;
 
 pub use initial::InitialPoints;
 
@@ -265,7 +266,7 @@ fn planned_for_walls<'a>(
     let mut sought = plan.spacing;
     for _ in 0..THIN_ROUNDS {
         let sizes = demand.plain_sizes(sought);
-        demand.limit(&thickness::limits(surface, features, &sizes, params.random_seed), sought);
+        demand.limit(&thickness::limits(surface, features, (&sizes, FLOOR), params.random_seed), sought);
         count = count_for(&demand, size)?;
         plan = match demand.plan(count) {
             Ok(plan) => plan,
@@ -342,7 +343,7 @@ fn honest(
         let outcome = demand.plan(shortage.needed).and_then(|_| {
             let sought = demand.plain_spacing(shortage.needed);
             let sizes = demand.plain_sizes(sought);
-            demand.limit(&thickness::limits(surface, features, &sizes, random_seed), sought);
+            demand.limit(&thickness::limits(surface, features, (&sizes, FLOOR), random_seed), sought);
             demand.plan(shortage.needed)
         });
         let Err(next) = outcome else { break };
@@ -355,6 +356,21 @@ fn honest(
         };
     }
     shortage
+}
+
+/// How many seeds would do for the thin walls and narrow gaps of a surface for which `count` did not: for all of them, while a
+/// run leaves those that are very thin for its count to what mends the restricted surface.
+pub fn enough_for_walls(
+    surface: &Surface,
+    features: &Features,
+    sizing: Option<&Sizing>,
+    (count, random_seed): (usize, u64),
+) -> usize {
+    let mut demand = Demand::measure(surface, features, sizing, Size::Count(count));
+    let sought = demand.plain_spacing(count);
+    let sizes = demand.plain_sizes(sought);
+    demand.limit(&thickness::limits(surface, features, (&sizes, 0.0), random_seed), sought);
+    demand.enough_for_limits().min(MOST_SEEDS)
 }
 
 fn too_few(surface: &Surface, count: usize, shortage: Shortage) -> Error {

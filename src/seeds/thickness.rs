@@ -44,8 +44,14 @@ const DENSITY: f64 = 4.0;
 /// Samples per shell at least.
 const PER_SHELL: f64 = 64.0;
 
-/// The largest spacing that each vertex of the surface allows, where `sizes` are wanted; infinite where nothing is thin.
-pub(super) fn limits(surface: &Surface, features: &Features, sizes: &[f64], random_seed: u64) -> Vec<f64> {
+/// The largest spacing that each vertex of the surface allows, where `sizes` are wanted; infinite where nothing is thin. Nowhere
+/// less than the share `floor` of the size.
+pub(super) fn limits(
+    surface: &Surface,
+    features: &Features,
+    (sizes, floor): (&[f64], f64),
+    random_seed: u64,
+) -> Vec<f64> {
     let samples = samples(surface, sizes, random_seed);
     let creases = Creases::new(surface, features, sizes);
     let found: Vec<Option<f64>> = samples
@@ -54,7 +60,7 @@ pub(super) fn limits(surface: &Surface, features: &Features, sizes: &[f64], rand
             let spacing = s.spacing;
             let thickness = |side| opposite(surface, features, &creases, s, side);
             let least = [-1.0, 1.0].into_iter().filter_map(thickness).fold(f64::INFINITY, f64::min);
-            (least < spacing).then(|| least.max(FLOOR * spacing))
+            (least < spacing).then(|| least.max(floor * spacing))
         })
         .collect();
     let mut limits = vec![f64::INFINITY; surface.points().len()];
