@@ -383,8 +383,31 @@ impl First {
 
 #[cfg(test)]
 mod tests {
+    use super::super::complex::tests::{edges_both_ways, on_grid, shake};
     use super::*;
     use crate::rng::Rng;
+
+    #[test]
+    fn contractions_that_add_too_much_to_the_deficit_are_none() {
+        on_grid(|mut complex, ground| {
+            shake(&mut complex, 0.05);
+            complex.set_floor(0.9);
+            let (mut change, before) = (Change::default(), complex.deficit());
+            let most = before + ADDED * complex.deficit_of(0.0);
+            let (mut made, mut possible) = (0, 0);
+            for edge in edges_both_ways(&complex) {
+                let mark = complex.mark();
+                if Operation::Contraction.make(&mut complex, ground, edge, &mut change) {
+                    made += 1;
+                    assert!(complex.deficit() < most, "{edge:?} adds {}", complex.deficit() - before);
+                }
+                complex.rollback(mark);
+                possible += usize::from(contract(&mut complex, ground, edge, WORSE, &mut change));
+                complex.rollback(mark);
+            }
+            assert!(made > 20 && possible > made + 20, "{made} of {possible} were made");
+        });
+    }
 
     #[test]
     fn the_first_of_a_stream_are_those_of_its_sorted_list() {

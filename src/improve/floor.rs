@@ -250,3 +250,32 @@ impl Worklist {
         moved
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::complex::tests::{on_grid, shake};
+    use super::*;
+
+    #[test]
+    fn in_haste_flips_are_made_for_a_large_gain_alone() {
+        on_grid(|mut complex, ground| {
+            shake(&mut complex, 0.05);
+            complex.set_floor(1.2);
+            let [patient, hasty] = [0.0, 0.3].map(|haste| {
+                let mut work = Worklist { haste, ..Worklist::default() };
+                let mut made = 0;
+                for t in 0..complex.tets.len() as u32 {
+                    let (mark, before) = (complex.mark(), complex.quality[t as usize]);
+                    if work.flip(&mut complex, ground, t) {
+                        made += 1;
+                        let least = before + haste * (complex.floor() - before);
+                        assert!(complex.changed_since(mark).all(|t| complex.quality[t as usize] > least), "tet {t}");
+                    }
+                    complex.rollback(mark);
+                }
+                made
+            });
+            assert!(0 < hasty && hasty < patient, "{hasty} of {patient} flips were made in haste");
+        });
+    }
+}

@@ -288,7 +288,37 @@ fn shortest_in_hull(vectors: &[DVec3]) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::complex::tests::{on_grid, shake};
     use super::*;
+
+    #[test]
+    fn gains_that_count_are_a_share_of_the_lack() {
+        assert_eq!(least_gain(0.2, 0.6, 0.0), LEAST_GAIN);
+        assert!((least_gain(0.2, 0.6, 0.3) - 0.12).abs() < 1e-15);
+        assert_eq!(least_gain(0.6 - 1e-9, 0.6, 0.3), LEAST_GAIN);
+    }
+
+    #[test]
+    fn in_haste_a_vertex_moves_for_a_large_gain_alone() {
+        on_grid(|mut complex, ground| {
+            shake(&mut complex, 0.05);
+            complex.set_floor(0.9);
+            let [patient, hasty] = [0.0, 0.1].map(|haste| {
+                let mut moved = 0;
+                for v in 0..complex.points.len() as u32 {
+                    let (mark, before) = (complex.mark(), worst_of(&complex, v));
+                    if Smoother::default().raise_worst(&mut complex, ground, v, haste) {
+                        moved += 1;
+                        let least = before + haste * (complex.floor() - before);
+                        assert!(worst_of(&complex, v) > least, "vertex {v} from {before} in haste {haste}");
+                    }
+                    complex.rollback(mark);
+                }
+                moved
+            });
+            assert!(0 < hasty && hasty < patient, "{hasty} of {patient} moved in haste");
+        });
+    }
 
     #[test]
     fn the_hull_s_shortest_vector() {

@@ -12,7 +12,7 @@ mod edit;
 mod part;
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use edit::Undo;
 

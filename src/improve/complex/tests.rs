@@ -109,6 +109,19 @@ fn state(complex: &Complex) -> impl PartialEq + use<> {
     (bits, stars, alive, free, rest, complex.deficit.to_bits())
 }
 
+/// Moves vertices inside a mesh at random, as far as no tet is inverted.
+pub(in crate::improve) fn shake(complex: &mut Complex, reach: f64) {
+    let mut rng = Rng::new(7, 8);
+    for v in (0..complex.points.len() as u32).filter(|&v| !complex.on_boundary(v)).collect::<Vec<u32>>() {
+        let (mark, to) = (complex.mark(), complex.points[v as usize] + rng.in_cube() * reach);
+        complex.move_vertex(v, to, Freedom::Inside);
+        if complex.star(v).iter().any(|&t| complex.quality[t as usize] == INVERTED) {
+            complex.rollback(mark);
+        }
+    }
+    complex.commit();
+}
+
 /// One random operation; whether it was possible.
 fn change_something(complex: &mut Complex, ground: &Ground, rng: &mut Rng) -> bool {
     let mut change = Change::default();
@@ -148,7 +161,7 @@ fn volume(complex: &Complex) -> f64 {
 }
 
 /// Calls `test` with the grid of 4^3 small cubes in the box, and with what holds it to its surface.
-fn on_grid(test: impl FnOnce(Complex, &Ground)) {
+pub(in crate::improve) fn on_grid(test: impl FnOnce(Complex, &Ground)) {
     on_grid_of(4, test);
 }
 
@@ -199,25 +212,28 @@ fn assert_sound(complex: &Complex) {
     assert_eq!(in_use.count(), complex.vertex_count());
 }
 
+/// The parts above and below the middle of the box along an axis.
+fn halves(complex: &Complex, ground: &Ground, axis: usize) -> [Part; 2] {
+    let middle = ground.surface.frame().to_frame(DVec3::ZERO)[axis];
+    let is_above = |&t: &u32| {
+        let corners = complex.corners(complex.tets[t as usize]);
+        corners.iter().map(|p| p[axis] - middle).sum::<f64>() > 0.0
+    };
+    let alive = (0..complex.tets.len() as u32).filter(|&t| complex.is_alive(t));
+    let (above, below): (Vec<u32>, Vec<u32>) = alive.partition(is_above);
+    let is_shared = |v| complex.star(v).windows(2).any(|w| is_above(&w[0]) != is_above(&w[1]));
+    let seam: Vec<bool> = (0..complex.points.len() as u32).map(is_shared).collect();
+    [above, below].map(|tets| complex.part(tets, &seam))
+}
+
 #[test]
 fn changes_made_in_parts_fit_together() {
     on_grid(|mut complex, ground| {
         let whole = volume(&complex);
-        let middle = ground.surface.frame().to_frame(DVec3::ZERO);
         let mut rng = Rng::new(5, 6);
         let mut made = 0;
         for round in 0..12 {
-            let is_above = |complex: &Complex, t: u32| {
-                let corners = complex.corners(complex.tets[t as usize]);
-                corners.iter().map(|p| p[round % 3] - middle[round % 3]).sum::<f64>() > 0.0
-            };
-            let alive = (0..complex.tets.len() as u32).filter(|&t| complex.is_alive(t));
-            let (above, below): (Vec<u32>, Vec<u32>) = alive.partition(|&t| is_above(&complex, t));
-            let all = 0..complex.points.len() as u32;
-            let seam: Vec<bool> = all
-                .map(|v| complex.star(v).windows(2).any(|w| is_above(&complex, w[0]) != is_above(&complex, w[1])))
-                .collect();
-            let mut parts = [above, below].map(|tets| complex.part(tets, &seam));
+            let mut parts = halves(&complex, ground, round % 3);
             for part in &mut parts {
                 made += (0..60).filter(|_| change_something(&mut part.complex, ground, &mut rng)).count();
                 complex.put_back(part);
@@ -226,6 +242,37 @@ fn changes_made_in_parts_fit_together() {
             assert_sound(&complex);
         }
         assert!(made > 300, "only {made} operations were possible");
+    });
+}
+
+/// All edges of a mesh, both ways.
+pub(in crate::improve) fn edges_both_ways(complex: &Complex) -> Vec<[u32; 2]> {
+    let tets = complex.tets.iter().filter(|t| t[0] != NONE);
+    let mut edges: Vec<[u32; 2]> = tets.flat_map(|t| t.iter().flat_map(|&a| t.map(|b| [a, b]))).collect();
+    edges.retain(|[a, b]| a != b);
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// What is around a vertex of the seam is known in none of the parts: it stays, and no vertex of the boundary comes to it.
+#[test]
+fn contractions_leave_the_seam_alone() {
+    on_grid(|complex, ground| {
+        for Part { mut complex, .. } in halves(&complex, ground, 0) {
+            let mut change = Change::default();
+            let mut possible = 0;
+            for [a, b] in edges_both_ways(&complex) {
+                let mark = complex.mark();
+                let made = contract(&mut complex, ground, [a, b], 0.0, &mut change);
+                let (from_seam, to_seam) = (complex.on_seam(a), complex.on_seam(b));
+                complex.rollback(mark);
+                assert!(!made || !from_seam, "a vertex of the seam is gone");
+                assert!(!made || !to_seam || !complex.on_boundary(a), "a vertex of the boundary came to the seam");
+                possible += usize::from(made);
+            }
+            assert!(possible > 20, "only {possible} contractions were possible");
+        }
     });
 }
 
