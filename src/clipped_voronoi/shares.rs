@@ -75,7 +75,7 @@ fn crossings(scene: Scene, borders: &Borders) -> Vec<Crossing> {
         borders.straight(corners, net.edges_of(t), scene.corner_owners(t))?;
         Some(crossing(scene, t, first, weights, owners))
     };
-    borders.meetings().iter().filter_map(crossing).collect()
+    borders.meetings().par_iter().filter_map(crossing).collect()
 }
 
 /// The crossing at a place of triangle `t`, with barycentric coordinates from corner `first` on, where the cells of three seeds,
