@@ -50,6 +50,8 @@ mod polygon;
 
 pub mod polyhedra;
 
+mod shared_sums;
+
 mod shares;
 
 mod sheet;
