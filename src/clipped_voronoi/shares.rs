@@ -223,6 +223,26 @@ mod tests {
     use crate::rng::Rng;
     use crate::surface::Surface;
 
+    /// A torus with so many sides around its axis, and half as many around its tube.
+    fn torus(sides: u32) -> Surface {
+        let around = |k: u32, n: u32| (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
+        let (long, short) = (sides, sides / 2);
+        let place = |k: u32| {
+            let ((sin, cos), (rise, out)) = (around(k / short, long), around(k % short, short));
+            DVec3::new((1.0 + 0.4 * out) * cos, (1.0 + 0.4 * out) * sin, 0.4 * rise)
+        };
+        let points: Vec<DVec3> = (0..long * short).map(place).collect();
+        let number = |i: u32, j: u32| i % long * short + j % short;
+        let quad = |k: u32| {
+            let (i, j) = (k / short, k % short);
+            let [a, b, c, d] = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let triangles: Vec<[u32; 3]> = (0..long * short).flat_map(quad).collect();
+        let each: Vec<u32> = (0..triangles.len() as u32).collect();
+        Surface::new(&points, &triangles, &each, &each).expect("a closed surface")
+    }
+
     /// Hands a scene with so many random seeds, and a density of the surface, to `look`.
     fn with_scene(surface: &Surface, count: usize, look: impl FnOnce(Scene)) {
         let mut rng = Rng::new(7, count as u64);
@@ -240,9 +260,8 @@ mod tests {
 
     #[test]
     fn what_is_summed_at_once_is_what_cutting_one_by_one_finds() {
-        for (file, count) in [("torus", 30), ("torus", 500), ("torus", 4_000), ("icosphere", 100), ("two_bodies", 300)]
-        {
-            let surface = crate::io::read_surface(format!("models/{file}.obj").as_ref()).expect("a surface");
+        for (sides, count) in [(60, 30), (60, 500), (60, 4_000), (20, 200), (150, 100)] {
+            let surface = torus(sides);
             with_scene(&surface, count, |scene| {
                 let (mut at_once, mut one_by_one) = (vec![Cell::default(); count], vec![Cell::default(); count]);
                 let (mut crossings, left) = add(&mut at_once, scene);
@@ -252,15 +271,15 @@ mod tests {
                 add_left(&mut one_by_one, scene, &all, &mut Vec::new(), &mut expected);
                 for (i, (a, b)) in at_once.iter().zip(&one_by_one).enumerate() {
                     for (a, b) in a.numbers().into_iter().zip(b.numbers()) {
-                        assert!((a - b).abs() < 1e-13, "{file}, {count} seeds, cell {i}: {a} {b}");
+                        assert!((a - b).abs() < 1e-13, "{sides} sides, {count} seeds, cell {i}: {a} {b}");
                     }
                 }
                 crossings.sort_by_key(|c| (c.facet, c.triangle));
                 expected.sort_by_key(|c| (c.facet, c.triangle));
-                assert_eq!(crossings.len(), expected.len(), "{file}, {count} seeds");
+                assert_eq!(crossings.len(), expected.len(), "{sides} sides, {count} seeds");
                 for (a, b) in crossings.iter().zip(&expected) {
                     assert_eq!((a.facet, a.triangle, a.leaves), (b.facet, b.triangle, b.leaves));
-                    assert!(a.point.distance(b.point) < 1e-10, "{file}, {count} seeds: {a:?} {b:?}");
+                    assert!(a.point.distance(b.point) < 1e-10, "{sides} sides, {count} seeds: {a:?} {b:?}");
                 }
             });
         }
@@ -268,7 +287,7 @@ mod tests {
 
     #[test]
     fn triangles_are_shared_in_every_way_and_nearly_all_of_small_ones() {
-        let surface = crate::io::read_surface("models/torus.obj".as_ref()).expect("a surface");
+        let surface = torus(60);
         with_scene(&surface, 100, |scene| {
             let borders = Borders::find(scene);
             let mut sharing = Sharing::new(scene, &borders);

@@ -5,7 +5,8 @@
 //! surface are no farther apart than before.
 //!
 //! 1. The way of each vertex on a smooth part of the surface: along the mean normal of its facets, the mean of what these
-//!    stray there; only those towards the volume that lacks. On flat sides and along creases there is none.
+//!    stray there; only those towards the volume that lacks, and none by which a facet that strays the other way would stray nearly
+//!    as far as any. On flat sides and along creases there is none.
 //! 2. All go the share of their way that makes up for the volume, 1 at most; those that would take a tet below the floor, or
 //!    below the worst around them, half of it, or none.
 //! 3. Again, until the volume is right or nothing is left to go.
@@ -21,6 +22,10 @@ use crate::geometry::{tetrahedron, triangle};
 
 /// Share of the volume that may lack in the end.
 const TOLERANCE: f64 = 1e-6;
+
+/// What facets may come to stray that strayed the other way, as a share of what the farthest of all does: elsewhere than in their middles
+/// they stray farther.
+const MOST_OTHER_WAY: f64 = 0.5;
 
 /// Rounds of steps 2 and 3.
 const ROUNDS: usize = 12;
@@ -77,6 +82,7 @@ fn travelers(complex: &Complex, ground: &Ground, sign: f64) -> Vec<Traveler> {
         .iter()
         .map(|f| if f.vertices[0] == NONE { 0.0 } else { sagitta(ground, complex.corners(f.vertices)) })
         .collect();
+    let farthest = sagitta.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
     let traveler = |vertex: u32| {
         let Freedom::Surface(_) = complex.freedom[vertex as usize] else { return None };
         let facets = complex.facets_of(vertex);
@@ -93,6 +99,11 @@ fn travelers(complex: &Complex, ground: &Ground, sign: f64) -> Vec<Traveler> {
             })
             .sum();
         let mean = facets.iter().map(|&f| sagitta[f as usize]).sum::<f64>() / facets.len() as f64;
+        // Facets that stray the other way stray farther then.
+        let other_way = facets.iter().map(|&f| -mean.signum() * sagitta[f as usize]).fold(0.0, f64::max);
+        if other_way > 0.0 && other_way + mean.abs() > MOST_OTHER_WAY * farthest {
+            return None;
+        }
         let way = normal2.try_normalize()? * mean;
         let gain = way.dot(normal2) / 6.0;
         (gain * sign > 0.0).then_some(Traveler { vertex, way, gain, gone: 0.0, free: true })
