@@ -5,18 +5,21 @@
 //! surface are no farther apart than before.
 //!
 //! 1. The way of each vertex on a smooth part of the surface: along the mean normal of its facets, the mean of what these
-//!    stray there; only those towards the volume that lacks, and none by which a facet that strays the other way would stray nearly
-//!    as far as any. On flat sides and along creases there is none.
+//!    stray there; only those towards the volume that lacks, none away from the surface where that is farthest, and none by which
+//!    a facet that strays the other way would stray nearly as far. On flat sides and along creases there is none.
 //! 2. All go the share of their way that makes up for the volume, 1 at most; those that would take a tet below the floor, or
 //!    below the worst around them, half of it, or none.
 //! 3. Again, until the volume is right or nothing is left to go.
 //!
 //! The volume is linear in each vertex: it grows by a sixth of the way times the sum of the facets' normals, twice their areas long.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::complex::{Complex, Freedom, NONE};
 use super::ground::Ground;
+use super::places::{self, Place};
 use crate::geometry::frame::snap;
 use crate::geometry::{tetrahedron, triangle};
 
@@ -29,6 +32,9 @@ const MOST_OTHER_WAY: f64 = 0.5;
 
 /// Rounds of steps 2 and 3.
 const ROUNDS: usize = 12;
+
+/// Where boundary and surface are apart by more than this share of the most that they are anywhere, no vertex goes away from the surface.
+const FAR: f64 = 0.8;
 
 /// A vertex on its way.
 struct Traveler {
@@ -83,6 +89,7 @@ fn travelers(complex: &Complex, ground: &Ground, sign: f64) -> Vec<Traveler> {
         .map(|f| if f.vertices[0] == NONE { 0.0 } else { sagitta(ground, complex.corners(f.vertices)) })
         .collect();
     let farthest = sagitta.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
+    let far_beside = far_beside(complex, ground);
     let traveler = |vertex: u32| {
         let Freedom::Surface(_) = complex.freedom[vertex as usize] else { return None };
         let facets = complex.facets_of(vertex);
@@ -105,10 +112,42 @@ fn travelers(complex: &Complex, ground: &Ground, sign: f64) -> Vec<Traveler> {
             return None;
         }
         let way = normal2.try_normalize()? * mean;
+        if far_beside.get(&vertex).is_some_and(|ways| ways.iter().any(|w| w.dot(way) < 0.0)) {
+            return None;
+        }
         let gain = way.dot(normal2) / 6.0;
         (gain * sign > 0.0).then_some(Traveler { vertex, way, gain, gone: 0.0, free: true })
     };
     (0..complex.points.len() as u32).filter(|&v| complex.on_boundary(v)).filter_map(traveler).collect()
+}
+
+/// For vertices beside which boundary and surface are farthest apart, the ways there from the boundary to the surface.
+fn far_beside(complex: &Complex, ground: &Ground) -> HashMap<u32, Vec<DVec3>> {
+    let strays = complex.facets.iter().filter(|f| f.vertices[0] != NONE).map(|f| f.stray.distance);
+    let places = places::find(complex, ground, (FAR * strays.fold(0.0, f64::max), 0));
+    let far = FAR * places.first().map_or(0.0, |p| p.distance);
+    let mut beside: HashMap<u32, Vec<DVec3>> = HashMap::new();
+    for place in places.iter().take_while(|p| p.distance > far) {
+        let facets = complex.edge_facets(place.edge).into_iter().map(|f| complex.facets[f as usize].vertices);
+        let facets: Vec<[u32; 3]> = facets.collect();
+        let way = way_to_surface(complex, ground, place, &facets);
+        facets.iter().flatten().for_each(|&v| beside.entry(v).or_default().push(way));
+    }
+    beside
+}
+
+/// From the boundary to the surface at a place, beside which there are these facets.
+fn way_to_surface(complex: &Complex, ground: &Ground, place: &Place, facets: &[[u32; 3]]) -> DVec3 {
+    let corners = facets.iter().map(|&f| complex.corners(f));
+    let longest = |ways: &mut dyn Iterator<Item = DVec3>| {
+        ways.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or_default()
+    };
+    if let Some((tip, _)) = place.tip {
+        return -longest(&mut corners.map(|c| triangle::closest_point(c, tip) - tip));
+    }
+    let [a, b] = complex.corners(place.edge);
+    let samples = corners.map(|[a, b, c]| triangle::centroid(a, b, c)).chain([(a + b) * 0.5]);
+    longest(&mut samples.map(|p| ground.surface.tree().closest(p).point - p))
 }
 
 /// Whether there are tets on both sides of a facet.
