@@ -27,16 +27,18 @@ const BLOCK: usize = 4096;
 /// Adds to `cells` all triangles that are shared so; returns the crossings of Voronoi edges with these, and the triangles that
 /// are left.
 pub(super) fn add(cells: &mut [Cell], scene: Scene) -> (Vec<Crossing>, Vec<u32>) {
-    let borders = Borders::find(scene);
+    // Where the solid has a density, only what is whole in a cell is simple.
+    let borders = scene.weights.is_none().then(|| Borders::find(scene));
     let count = scene.sheet.triangles.len();
     let parts: Vec<_> = (0..count.div_ceil(BLOCK))
         .into_par_iter()
         .map_init(
-            || Sharing::new(scene, &borders),
+            || Sharing::new(scene, borders.as_ref()),
             |sharing, block| sharing.add(block * BLOCK..count.min((block + 1) * BLOCK)),
         )
         .collect();
-    let (mut crossings, mut left) = (crossings(scene, &borders), Vec::new());
+    let mut crossings = borders.map_or_else(Vec::new, |borders| crossings(scene, &borders));
+    let mut left = Vec::new();
     for mut part in parts {
         part.sums.into_iter().for_each(|(i, numbers)| cells[i as usize].add_numbers(numbers));
         crossings.append(&mut part.crossings);
@@ -72,7 +74,7 @@ fn crossing(scene: Scene, t: u32, first: usize, weights: [f64; 3], [i, j, k]: [u
 /// The work of one thread.
 struct Sharing<'a> {
     scene: Scene<'a>,
-    borders: &'a Borders,
+    borders: Option<&'a Borders>,
     sums: Sums<NUMBERS>,
     lists: Lists,
     batch: Box<Batch>,
@@ -106,7 +108,7 @@ impl Lists {
 }
 
 impl<'a> Sharing<'a> {
-    fn new(scene: Scene<'a>, borders: &'a Borders) -> Sharing<'a> {
+    fn new(scene: Scene<'a>, borders: Option<&'a Borders>) -> Sharing<'a> {
         let (sums, lists) = (Sums::new(scene.points.len()), Lists::default());
         Sharing { scene, borders, sums, lists, batch: Box::default(), walls: Walls::default() }
     }
@@ -132,9 +134,7 @@ impl<'a> Sharing<'a> {
             self.add_whole(t, i);
             return true;
         }
-        if self.scene.weights.is_some() {
-            return false;
-        }
+        let Some(borders) = self.borders else { return false };
         // The corner that stands alone, if one does.
         let alone = if j == k {
             Some(0)
@@ -144,14 +144,14 @@ impl<'a> Sharing<'a> {
             (i == j).then_some(2)
         };
         let (corners, edges) = (self.scene.sheet.triangles[t as usize], self.scene.sheet.net.edges_of(t));
-        match (self.borders.straight(corners, edges, owners), alone) {
+        match (borders.straight(corners, edges, owners), alone) {
             (Some(places), Some(first)) => {
                 let ([q, _, r], [i, j, _]) = (turned(places, first), turned(owners, first));
                 self.lists.twos.push(Item { first, seeds: [i, j, j], places: [q, 0.0, r, 0.0], ..Item::of(t) });
                 true
             }
             (Some(places), None) => {
-                let Some(&Meeting { first, owners: seeds, weights, .. }) = self.borders.in_triangle(t) else {
+                let Some(&Meeting { first, owners: seeds, weights, .. }) = borders.in_triangle(t) else {
                     return false;
                 };
                 let [q, s, r] = turned(places, first);
@@ -159,7 +159,7 @@ impl<'a> Sharing<'a> {
                 true
             }
             (None, alone) => {
-                let Some(ways) = self.borders.ways(corners, edges, owners) else { return false };
+                let Some(ways) = borders.ways(corners, edges, owners) else { return false };
                 match alone {
                     Some(first) => self.list_tip(t, first, turned(owners, first), turned(ways, first)),
                     None => self.list_apart(t, owners, ways),
@@ -290,7 +290,7 @@ mod tests {
         let surface = torus(60);
         with_scene(&surface, 100, |scene| {
             let borders = Borders::find(scene);
-            let mut sharing = Sharing::new(scene, &borders);
+            let mut sharing = Sharing::new(scene, Some(&borders));
             let count = scene.sheet.triangles.len() as u32;
             let left = (0..count).filter(|&t| !sharing.take(t)).count();
             let Lists { twos, threes, aparts, tips, crossings } = &sharing.lists;
