@@ -55,6 +55,16 @@ impl DisjointSets {
         }
         (numbers, count as usize)
     }
+
+    /// Sorts items, one for each element, by their sets, which come in the order of [`DisjointSets::number`].
+    pub fn group<T: Copy>(&mut self, items: &[T]) -> Vec<Vec<T>> {
+        let (numbers, count) = self.number();
+        let mut groups = vec![Vec::new(); count];
+        for (&item, number) in items.iter().zip(numbers) {
+            groups[number as usize].push(item);
+        }
+        groups
+    }
 }
 
 #[cfg(test)]
@@ -68,6 +78,7 @@ mod tests {
         sets.join(4, 3);
         sets.join(3, 5);
         assert_eq!(sets.number(), (vec![0, 1, 2, 1, 1, 1], 3));
+        assert_eq!(sets.group(&['a', 'b', 'c', 'd', 'e', 'f']), [vec!['a'], vec!['b', 'd', 'e', 'f'], vec!['c']]);
         assert_eq!(sets.find(4), 1);
         sets.reset(2);
         assert_eq!(sets.number(), (vec![0, 1], 2));

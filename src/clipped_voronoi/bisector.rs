@@ -32,7 +32,7 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 const WITHIN: f64 = 120.0 * UNIT;
 
 /// Differences below this share of their terms leave too few digits for a position, which is then computed exactly.
-const VAGUE: f64 = 1e-4;
+pub(super) const VAGUE: f64 = 1e-4;
 
 /// d_ij on the triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! The edges of the sheet, and what is around each of its vertices.
 
+use super::owners::count;
 use crate::surface::edges;
 
 /// How the triangles of a sheet hang together.
@@ -36,13 +37,7 @@ impl Net {
             }
             net.count += 1;
         }
-        net.first = vec![0; vertices + 1];
-        triangles.iter().flatten().for_each(|&v| net.first[v as usize] += 1);
-        let mut end = 0;
-        for first in &mut net.first {
-            end += *first;
-            *first = end;
-        }
+        count(&mut net.first, vertices, triangles.iter().flatten().copied());
         let nothing = Corner { triangle: 0, edge: 0, next: 0, last: 0 };
         net.corners = vec![nothing; 3 * triangles.len()];
         for (t, ids) in triangles.iter().enumerate().rev() {

@@ -96,11 +96,11 @@ impl Owners {
     }
 }
 
-/// For each seed, where its items end in a list of them by seed: filling from the back turns that into where they begin.
-fn count(ends: &mut Vec<u32>, seeds: usize, of: impl Iterator<Item = u32>) {
+/// For each of `keys` keys, where its items end in a list of them by key: filling from the back turns that into where they begin.
+pub(super) fn count(ends: &mut Vec<u32>, keys: usize, of: impl Iterator<Item = u32>) {
     ends.clear();
-    ends.resize(seeds + 1, 0);
-    of.for_each(|i| ends[i as usize] += 1);
+    ends.resize(keys + 1, 0);
+    of.for_each(|key| ends[key as usize] += 1);
     let mut end = 0;
     for e in ends {
         end += *e;

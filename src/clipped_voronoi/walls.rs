@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::bisector::VAGUE;
 use super::surface_pieces::Scene;
 use crate::geometry::triples::{cross, dot, minus};
 
@@ -14,9 +15,6 @@ pub(super) type Lanes = [f64; LANES];
 /// A point must be nearer to a seed by more than this share of the squares of its own distance and of the other seed's: it is
 /// known to a tenth of that.
 const MARGIN: f64 = 1e-8;
-
-/// Differences below this share of their terms leave too few digits for a position.
-const VAGUE: f64 = 1e-4;
 
 /// Edges longer than so many times the distance of two seeds take digits from it too.
 const LONG: f64 = 10.0;

@@ -66,12 +66,7 @@ fn clusters(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
         sets.join(number(a), number(b));
         sets.join(number(a), number(c));
     }
-    let (numbers, count) = sets.number();
-    let mut clusters = vec![Vec::new(); count];
-    for (&v, cluster) in vertices.iter().zip(numbers) {
-        clusters[cluster as usize].push(v);
-    }
-    clusters
+    sets.group(&vertices)
 }
 
 /// The tets outside, and those inside, with all their corners among `vertices`; where they fall apart into pieces that share no
@@ -104,12 +99,7 @@ fn pieces(complex: &Complex, tets: &[u32]) -> Vec<Vec<u32>> {
             }
         }
     }
-    let (numbers, count) = sets.number();
-    let mut pieces = vec![Vec::new(); count];
-    for (&t, piece) in tets.iter().zip(numbers) {
-        pieces[piece as usize].push(t);
-    }
-    pieces
+    sets.group(tets)
 }
 
 /// The shortest way from a region of tets of equal label, ascending, through usable tets to another region of that label.

@@ -190,7 +190,7 @@ fn passes(
     (count, asked): (usize, f64),
     observer: &mut dyn Observer,
 ) {
-    let mut goes_on = |complex: &Complex| observer.improving(endgame::left(complex).len()) == Flow::Continue;
+    let mut goes_on = |complex: &Complex| observer.improving(complex.low().count()) == Flow::Continue;
     // 1.
     if !goes_on(complex) {
         return;
@@ -217,7 +217,7 @@ fn passes(
     let mut bound = STRAYS;
     for (number, game) in GAMES.iter().enumerate() {
         let loose = &ground.loosened(&complex.facets, game.strays);
-        let is_crowded = endgame::left(complex).len() as f64 > CROWDED * complex.tets.len() as f64;
+        let is_crowded = complex.low().count() as f64 > CROWDED * complex.tets.len() as f64;
         let haste = if is_crowded { game.haste.min(CROWDED_HASTE) } else { game.haste };
         if game.strays > bound || haste < work.haste {
             work.forget();
@@ -226,7 +226,7 @@ fn passes(
         if !goes_on(complex) {
             return;
         }
-        if number > 0 && endgame::left(complex).is_empty() {
+        if number > 0 && complex.low().next().is_none() {
             break;
         }
         let (before, begun) = (complex.clone(), complex.commits());

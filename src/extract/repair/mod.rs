@@ -300,12 +300,7 @@ impl<'a> Repair<'a> {
         for pair in corners.windows(2).filter(|p| p[0].0 == p[1].0) {
             sets.join(pair[0].1, pair[1].1);
         }
-        let (numbers, count) = sets.number();
-        let mut clusters = vec![Vec::new(); count];
-        for (&t, number) in tets.iter().zip(numbers) {
-            clusters[number as usize].push(t);
-        }
-        clusters
+        sets.group(tets)
     }
 
     /// Takes the best step at each vertex where something is wrong and whose star has changed since it was last looked
@@ -444,12 +439,7 @@ impl<'a> Repair<'a> {
 
     /// The pieces of equal label of `tets`, all around `v`.
     fn pieces(&mut self, tets: &[u32], v: u32) -> Vec<Vec<u32>> {
-        let (numbers, count) = self.complex.pieces(tets, v, &self.inside, &mut self.buffers).number();
-        let mut pieces = vec![Vec::new(); count];
-        for (&t, number) in tets.iter().zip(numbers) {
-            pieces[number as usize].push(t);
-        }
-        pieces
+        self.complex.pieces(tets, v, &self.inside, &mut self.buffers).group(tets)
     }
 
     /// Pairs of tets of equal label that share a facet, one of them at `v`.
