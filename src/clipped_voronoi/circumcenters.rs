@@ -24,7 +24,7 @@ pub(super) fn circumcenters(delaunay: &Delaunay, winding: &[i32]) -> Vec<DVec3> 
 }
 
 /// The circumcentre of a tet that is not flat, however nearly so, its corners on the grid of the frame.
-fn circumcenter([a, b, c, d]: [DVec3; 4]) -> DVec3 {
+pub(super) fn circumcenter([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     let (u, v, w) = (b - a, c - a, d - a);
     let det = u.cross(v).dot(w);
     let size2 = u.length_squared() * v.length_squared() * w.length_squared();

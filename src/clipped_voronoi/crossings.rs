@@ -1,12 +1,6 @@
 //! Where Voronoi edges cross the surface, found by their dual facets.
 
-use rayon::prelude::*;
-
 use super::Crossing;
-use crate::delaunay::Delaunay;
-
-/// Tets that one thread marks in a row.
-const BLOCK: usize = 4096;
 
 /// A place of the table where there is nothing.
 const EMPTY: u32 = u32::MAX;
@@ -70,31 +64,24 @@ impl<'a> Crossings<'a> {
         self.touched.get(v as usize) == Some(&true)
     }
 
-    /// For each tet, a bit for each of its facets whose dual edge crosses the surface.
-    pub(super) fn marks(&self, delaunay: &Delaunay) -> Vec<u8> {
-        let vertices = delaunay.vertices();
-        let mut marks = vec![0; vertices.len()];
-        marks.par_chunks_mut(BLOCK).zip(vertices.par_chunks(BLOCK)).for_each(|(marks, tets)| {
-            for (mark, tet) in marks.iter_mut().zip(tets) {
-                let touched = tet.map(|v| self.touches(v));
-                if touched.iter().filter(|&&t| t).count() < 3 {
-                    continue;
-                }
-                for (f, corners) in FACET.into_iter().enumerate() {
-                    if corners.iter().all(|&v| touched[v]) && !self.of(corners.map(|v| tet[v])).0.is_empty() {
-                        *mark |= 1 << f;
-                    }
-                }
-            }
-        });
-        marks
+    /// For each facet of a tet whose dual edge crosses the surface, what the winding changes by along it into the tet.
+    pub(super) fn entered_by(&self, tet: &[u32; 4]) -> [Option<i32>; 4] {
+        let touched = tet.map(|v| self.touches(v));
+        FACET.map(|corners| {
+            let found = corners.iter().all(|&v| touched[v]).then(|| self.of(corners.map(|v| tet[v])))?;
+            (!found.0.is_empty()).then(|| entered(found))
+        })
     }
 
     /// What the winding changes by along (q - p) x (r - p), over all crossings of the edge dual to the facet (p, q, r).
     pub(super) fn entered(&self, facet: [u32; 3]) -> i32 {
-        let (found, even) = self.of(facet);
-        found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum()
+        entered(self.of(facet))
     }
+}
+
+/// The same for what was [found](Crossings::of).
+fn entered((found, even): (&[Crossing], bool)) -> i32 {
+    found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum()
 }
 
 /// Spreads the vertices of a facet over the words.

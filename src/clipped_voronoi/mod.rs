@@ -60,6 +60,8 @@ mod slices;
 
 mod surface_pieces;
 
+mod tet_shares;
+
 mod vertices;
 
 mod voronoi_edges;
@@ -67,6 +69,8 @@ mod voronoi_edges;
 mod walls;
 
 mod weighted;
+
+mod weighted_edges;
 
 mod winding;
 
@@ -194,27 +198,17 @@ impl<'a> Clipper<'a> {
         // What bounds the solid; interfaces only part its regions.
         let outer = outer_crossings(self.sheet.surface, &crossings);
         let by_facet = Crossings::new(&outer, delaunay.points().len());
-        let marks = by_facet.marks(delaunay);
-        let mut agreed = false;
-        for _ in 0..2 {
-            self.winding.update(delaunay, &by_facet, &marks);
-            let winding = self.winding.of_tets();
-            let centers = circumcenters::circumcenters(delaunay, winding);
-            let edges = Edges { delaunay, crossings: &by_facet, marks: &marks, winding, centers: &centers, arch };
-            agreed = match (&self.sizing, weights) {
-                (Some(sizing), Some(weights)) => {
-                    let centers = weighted::at_centers(sizing, &centers, winding);
-                    edges.add(&mut cells, &Weighted { weights, centers, sheet: &self.sheet }).is_ok()
-                }
-                _ => edges.add(&mut cells, &Even).is_ok(),
-            };
-            if agreed {
-                break;
+        self.winding.update(delaunay, &by_facet);
+        let (winding, marks) = (self.winding.of_tets(), self.winding.marks());
+        let edges = Edges { delaunay, crossings: &by_facet, marks, winding, arch };
+        match (&self.sizing, weights) {
+            (Some(sizing), Some(weights)) => {
+                let centers = &circumcenters::circumcenters(delaunay, winding);
+                let at_centers = &weighted::at_centers(sizing, centers, winding);
+                edges.add(&mut cells, &Weighted { weights, centers, at_centers, sheet: &self.sheet });
             }
-            // A cell with no crossing went from one side of the surface to the other.
-            self.winding.forget();
+            _ => edges.add(&mut cells, &Even),
         }
-        assert!(agreed, "a closed surface changes sides an even number of times: this is a bug in tetcvt");
 
         if weights.is_none() {
             cells.par_iter_mut().for_each(|c| c.mass = c.volume);
@@ -237,6 +231,6 @@ fn outer_crossings<'a>(surface: &Surface, crossings: &'a [Crossing]) -> Cow<'a, 
 fn behind(delaunay: &Delaunay, crossings: &[Crossing]) -> Vec<bool> {
     let by_facet = Crossings::new(crossings, delaunay.points().len());
     let mut winding = Winding::default();
-    winding.update(delaunay, &by_facet, &by_facet.marks(delaunay));
+    winding.update(delaunay, &by_facet);
     winding.of_tets().iter().map(|&w| w > 0).collect()
 }

@@ -13,18 +13,21 @@
 //! | first moment | (R S + T) V / 20 |
 //! | second moment | (R (S² + sum p_k²) + 2 (S . T + sum r_k p_k²)) V / 120 |
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Crossing;
-use super::cell::Cell;
+use super::cell::{Cell, Sums};
 use super::sheet::Sheet;
-use super::voronoi_edges::Measure;
+use super::voronoi_edges::{Edges, Measure};
+use super::weighted_edges::WholeEdges;
 use crate::geometry::triples::{cross, dot, minus};
 use crate::sizing::Sizing;
 
 /// Numbers that a Voronoi edge adds to a cell: volume, mass, first moment, second moment.
-const MOMENTS: usize = 6;
+pub(super) const MOMENTS: usize = 6;
 
 /// The density where edges are `relative` times as long as the longest.
 #[inline(always)]
@@ -96,12 +99,14 @@ pub(super) fn tet(volume: f64, corners: [[f64; 3]; 3], densities: [f64; 4]) -> [
 /// The density for Voronoi edges.
 pub(super) struct Weighted<'a> {
     pub(super) weights: Weights<'a>,
-    pub(super) centers: Vec<f64>,
+    /// Circumcentres, and densities there, of the tets whose winding is not 0.
+    pub(super) centers: &'a [DVec3],
+    pub(super) at_centers: &'a [f64],
     pub(super) sheet: &'a Sheet<'a>,
 }
 
 impl Measure<MOMENTS> for Weighted<'_> {
-    const VARIES: bool = true;
+    type Buffers = WholeEdges;
 
     #[inline(always)]
     fn at_seeds(&self, facet: [u32; 3]) -> [f64; 3] {
@@ -110,7 +115,7 @@ impl Measure<MOMENTS> for Weighted<'_> {
 
     #[inline(always)]
     fn at_center(&self, tet: usize) -> f64 {
-        self.centers[tet]
+        self.at_centers[tet]
     }
 
     #[inline(always)]
@@ -145,6 +150,10 @@ impl Measure<MOMENTS> for Weighted<'_> {
             }
         }
         found
+    }
+
+    fn add_uncrossed(&self, edges: &Edges, tets: Range<usize>, buffers: &mut WholeEdges, sums: &mut Sums<MOMENTS>) {
+        buffers.add(edges, self, tets, sums);
     }
 
     fn add(cell: &mut Cell, [volume, mass, x, y, z, energy]: [f64; MOMENTS]) {

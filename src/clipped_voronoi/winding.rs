@@ -2,13 +2,13 @@
 //!
 //! No ray is cast: all is outside at infinity, and along every Voronoi edge the crossings say what changes. The circumcentres
 //! around a seed none of whose Voronoi edges crosses the surface are all on one side; which, is taken over from the last
-//! time. That all ways agree is verified for every edge as the edges are added up (`voronoi_edges.rs`), and as they
-//! connect all tets with infinity, no more is to be known.
+//! time. That all ways agree is verified, and as they connect all tets with infinity, no more is to be known: where seeds are
+//! taken for known, all of a tet's must agree, and elsewhere both ends of every Voronoi edge.
 
 use rayon::prelude::*;
 
 use super::crossings::{Crossings, FACET};
-use crate::delaunay::{Delaunay, INFINITE};
+use crate::delaunay::Delaunay;
 
 /// Tets that one thread looks at in a row.
 const BLOCK: usize = 4096;
@@ -21,9 +21,21 @@ const UNKNOWN: i32 = i32::MIN;
 #[derive(Default)]
 pub(super) struct Winding {
     of_tets: Vec<i32>,
+    /// For each tet, a bit for each of its facets whose dual edge crosses these shells.
+    marks: Vec<u8>,
     /// For each seed that no crossing touches, the winding around it.
     of_seeds: Vec<i32>,
 }
+
+/// A tet of which fewer than two corners are known.
+struct Open {
+    tet: u32,
+    /// What the winding changes by from the tet across each facet to this one.
+    entered: [i32; 4],
+}
+
+/// Ways to the same circumcentre disagree.
+struct NotClosed;
 
 impl Winding {
     /// For each tet.
@@ -31,13 +43,25 @@ impl Winding {
         &self.of_tets
     }
 
-    /// Forgets what is taken over.
-    pub(super) fn forget(&mut self) {
-        self.of_seeds.clear();
+    /// For each tet, a bit for each of its facets whose dual edge crosses the shells.
+    pub(super) fn marks(&self) -> &[u8] {
+        &self.marks
     }
 
     /// Follows the crossings to what they are now.
-    pub(super) fn update(&mut self, delaunay: &Delaunay, crossings: &Crossings, marks: &[u8]) {
+    ///
+    /// # Panics
+    /// If they are not those of closed shells.
+    pub(super) fn update(&mut self, delaunay: &Delaunay, crossings: &Crossings) {
+        let agreed = self.follow(delaunay, crossings).is_ok() || {
+            // A cell with no crossing went from one side of the surface to the other.
+            self.of_seeds.clear();
+            self.follow(delaunay, crossings).is_ok()
+        };
+        assert!(agreed, "a closed surface changes sides an even number of times: this is a bug in tetcvt");
+    }
+
+    fn follow(&mut self, delaunay: &Delaunay, crossings: &Crossings) -> Result<(), NotClosed> {
         let (vertices, seeds) = (delaunay.vertices(), delaunay.points().len());
         if self.of_seeds.len() != seeds {
             self.of_seeds.clear();
@@ -49,32 +73,10 @@ impl Winding {
             }
         }
         // 1. Tets with an infinite vertex, or with one that is known.
-        let of_seeds = &self.of_seeds;
-        self.of_tets.resize(vertices.len(), UNKNOWN);
-        let unknown: Vec<Vec<u32>> = self
-            .of_tets
-            .par_chunks_mut(BLOCK)
-            .zip(vertices.par_chunks(BLOCK))
-            .enumerate()
-            .map(|(block, (windings, tets))| {
-                let mut unknown = Vec::new();
-                for (t, (winding, tet)) in (block * BLOCK..).zip(windings.iter_mut().zip(tets)) {
-                    // Windings are far above UNKNOWN, and all that are known here agree.
-                    let known = |v: u32| of_seeds.get(v as usize).copied().unwrap_or(0);
-                    *winding = tet.iter().fold(UNKNOWN, |max, &v| max.max(known(v)));
-                    if tet[3] == INFINITE {
-                        *winding = 0;
-                    }
-                    if *winding == UNKNOWN {
-                        unknown.push(t as u32);
-                    }
-                }
-                unknown
-            })
-            .collect();
+        let open = self.begin(delaunay, crossings)?;
         // 2. The others, across their facets.
-        let unknown = unknown.concat();
-        self.spread(delaunay, crossings, marks, &unknown);
+        let unknown = open.iter().map(|o| o.tet).filter(|&t| self.of_tets[t as usize] == UNKNOWN).collect::<Vec<_>>();
+        self.spread(delaunay, crossings, &unknown);
         for &t in &unknown {
             for v in vertices[t as usize] {
                 if !crossings.touches(v) {
@@ -82,12 +84,52 @@ impl Winding {
                 }
             }
         }
+        // 3. Facets without a corner that was known.
+        let agrees = |&Open { tet, entered }: &Open| {
+            let beyond = delaunay.neighbors()[tet as usize].map(|n| self.of_tets[n.tet() as usize]);
+            (0..4).all(|f| beyond[f] + entered[f] == self.of_tets[tet as usize])
+        };
+        if open.par_iter().with_min_len(BLOCK).all(agrees) { Ok(()) } else { Err(NotClosed) }
+    }
+
+    /// Finds the windings of tets with a corner that is known, and the marks; those with at most one such.
+    fn begin(&mut self, delaunay: &Delaunay, crossings: &Crossings) -> Result<Vec<Open>, NotClosed> {
+        let vertices = delaunay.vertices();
+        let of_seeds = &self.of_seeds;
+        self.of_tets.resize(vertices.len(), UNKNOWN);
+        self.marks.clear();
+        self.marks.resize(vertices.len(), 0);
+        let blocks = self.of_tets.par_chunks_mut(BLOCK).zip(self.marks.par_chunks_mut(BLOCK));
+        let parts: Vec<Vec<Open>> = blocks
+            .zip(vertices.par_chunks(BLOCK))
+            .enumerate()
+            .map(|(block, ((windings, marks), tets))| {
+                let mut open = Vec::new();
+                let mut agreed = true;
+                for (k, tet) in tets.iter().enumerate() {
+                    // All is outside around the infinite vertex.
+                    let known = tet.map(|v| of_seeds.get(v as usize).copied().unwrap_or(0));
+                    // Windings are far above UNKNOWN.
+                    let winding = known.into_iter().fold(UNKNOWN, i32::max);
+                    windings[k] = winding;
+                    agreed &= known.iter().fold(true, |all, &w| all & ((w == winding) | (w == UNKNOWN)));
+                    if known.iter().map(|&w| u32::from(w == UNKNOWN)).sum::<u32>() >= 3 {
+                        let entered = crossings.entered_by(tet);
+                        marks[k] = (0..4).fold(0, |marks, f| marks | u8::from(entered[f].is_some()) << f);
+                        let entered = entered.map(Option::unwrap_or_default);
+                        open.push(Open { tet: (block * BLOCK + k) as u32, entered });
+                    }
+                }
+                if agreed { Ok(open) } else { Err(NotClosed) }
+            })
+            .collect::<Result<_, NotClosed>>()?;
+        Ok(parts.into_iter().flatten().collect())
     }
 
     /// Finds the windings of `unknown` tets from those next to them.
-    fn spread(&mut self, delaunay: &Delaunay, crossings: &Crossings, marks: &[u8], unknown: &[u32]) {
+    fn spread(&mut self, delaunay: &Delaunay, crossings: &Crossings, unknown: &[u32]) {
         let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
-        let winding = &mut self.of_tets;
+        let (winding, marks) = (&mut self.of_tets, &self.marks);
         // The winding of the tet across facet f of tet t, and of t from that.
         let entered = |t: u32, f: usize| {
             let crossed = marks[t as usize] >> f & 1 == 1;
