@@ -17,7 +17,7 @@
 //!   the slopes at both ends of a motion s tell it, by the secant, as -g.s / y.s motions. On the whole motions of τ = 1 are a
 //!   fifth too short: with it, a random start needs a fifth fewer evaluations.
 //!
-//! Cost: 4 m dot products and sums for a memory of m pairs.
+//! Cost: 2 m dot products and sums for a memory of m pairs, each with the one before in one pass.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -25,7 +25,7 @@ use std::ops::RangeInclusive;
 use glam::DVec3;
 
 use super::objective::Slope;
-use super::vectors::{add_scaled, dot};
+use super::vectors::{add_scaled, add_scaled_and_dot, dot};
 use crate::progress::Move;
 
 /// m.
@@ -43,6 +43,8 @@ const LENGTHS: RangeInclusive<f64> = 0.7..=1.5;
 struct Pair {
     motion: Vec<DVec3>,
     change: Vec<DVec3>,
+    /// s.y.
+    curvature: f64,
 }
 
 /// The memory.
@@ -64,24 +66,30 @@ impl Lbfgs {
     pub(super) fn motion(&self, slope: &Slope, lloyd: &[DVec3]) -> (Vec<DVec3>, Move) {
         // 1.
         let mut q = slope.gradient.clone();
-        let mut used: Vec<(&Pair, f64, f64)> = Vec::with_capacity(MEMORY);
-        for pair in self.pairs.iter().rev() {
-            let curvature = dot(&pair.motion, &pair.change);
-            if curvature > 0.0 {
-                let alpha = dot(&pair.motion, &q) / curvature;
-                add_scaled(&mut q, -alpha, &pair.change);
-                used.push((pair, curvature, alpha));
+        let used: Vec<&Pair> = self.pairs.iter().rev().filter(|p| p.curvature > 0.0).collect();
+        let Some(newest) = used.first() else { return (lloyd.to_vec(), Move::Lloyd) };
+        let mut alphas = Vec::with_capacity(MEMORY);
+        let mut along = dot(&newest.motion, &q);
+        for (n, pair) in used.iter().enumerate() {
+            let alpha = along / pair.curvature;
+            match used.get(n + 1) {
+                Some(older) => along = add_scaled_and_dot(&mut q, -alpha, &pair.change, &older.motion),
+                None => add_scaled(&mut q, -alpha, &pair.change),
             }
+            alphas.push(alpha);
         }
-        let Some((newest, curvature, _)) = used.first() else { return (lloyd.to_vec(), Move::Lloyd) };
         // 2.
-        let gamma = curvature / dot(&newest.change, &slope.relaxed(&newest.change));
+        let gamma = newest.curvature / dot(&newest.change, &slope.relaxed(&newest.change));
         let mut r = slope.relaxed(&q);
         r.iter_mut().for_each(|r| *r *= gamma);
         // 3.
-        for (pair, curvature, alpha) in used.iter().rev() {
-            let beta = dot(&pair.change, &r) / curvature;
-            add_scaled(&mut r, alpha - beta, &pair.motion);
+        let mut along = used.last().map_or(0.0, |oldest| dot(&oldest.change, &r));
+        for (n, pair) in used.iter().enumerate().rev() {
+            let factor = alphas[n] - along / pair.curvature;
+            match n.checked_sub(1) {
+                Some(newer) => along = add_scaled_and_dot(&mut r, factor, &pair.motion, &used[newer].change),
+                None => add_scaled(&mut r, factor, &pair.motion),
+            }
         }
         r.iter_mut().for_each(|r| *r *= -self.length);
         (r, Move::Lbfgs)
@@ -100,13 +108,14 @@ impl Lbfgs {
             if self.pairs.len() == MEMORY {
                 self.pairs.pop_front();
             }
-            self.pairs.push_back(Pair { motion, change });
+            self.pairs.push_back(Pair { motion, change, curvature });
         }
     }
 
     /// Forgets all that a seed did.
     pub(super) fn forget_seed(&mut self, i: usize) {
         for pair in &mut self.pairs {
+            pair.curvature -= pair.motion[i].dot(pair.change[i]);
             pair.motion[i] = DVec3::ZERO;
             pair.change[i] = DVec3::ZERO;
         }

@@ -48,7 +48,7 @@ pub(super) struct Slope {
     pub(super) gradient: Vec<DVec3>,
     /// D: twice the mass that each seed minimises the second moment of.
     pub(super) stiffness: Vec<f64>,
-    /// The normals at the seeds, see [`Tangents::normal_of`].
+    /// The normals at the seeds, see [`Tangents::normals`].
     pub(super) normals: Vec<DVec3>,
 }
 
@@ -101,7 +101,8 @@ impl Objective {
         chains: &[Chain],
     ) -> Slope {
         let cells = &clipped.cells;
-        let ((mut gradient, mut stiffness), normals): ((Vec<DVec3>, Vec<f64>), Vec<DVec3>) = (0..cells.len())
+        let normals = tangents.normals(&seeds.positions, &seeds.anchors);
+        let (mut gradient, mut stiffness): (Vec<DVec3>, Vec<f64>) = (0..cells.len())
             .into_par_iter()
             .map(|i| {
                 let Cell { mass, moment, area_moment, area_mass, .. } = cells[i];
@@ -109,8 +110,7 @@ impl Objective {
                 let force = -2.0 * (moment + weight * area_moment);
                 let mass = mass + weight * area_mass;
                 let anchor = seeds.anchors[i];
-                let normal = tangents.normal_of(seeds.positions[i], anchor);
-                ((tangents.force(anchor, normal, force), 2.0 * mass), normal)
+                (tangents.force(anchor, normals[i], force), 2.0 * mass)
             })
             .unzip();
         let mut energy = vectors::sum(cells.len(), |i| cells[i].energy);

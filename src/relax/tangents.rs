@@ -7,10 +7,17 @@
 //! edge of the input, and the gradient with them.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use crate::geometry::triangle::normal2;
 use crate::seeds::Anchor;
 use crate::surface::Surface;
 use crate::surface::features::Features;
+
+/// Seeds that one thread looks at in a row, and of those on the surface so many at once.
+const BLOCK: usize = 512;
+
+const AT_ONCE: usize = 16;
 
 /// Tangents of a surface and of its creases.
 pub(super) struct Tangents<'a> {
@@ -40,24 +47,31 @@ impl<'a> Tangents<'a> {
         Tangents { surface, features, normals }
     }
 
-    /// The normal at a point of triangle `t`.
-    fn normal(&self, at: DVec3, t: u32) -> DVec3 {
-        let [a, b, c] = self.surface.triangles()[t as usize].map(|v| self.surface.points()[v as usize]);
-        let normal = self.surface.normal2(t);
-        let share = |p: DVec3, q: DVec3| (p - at).cross(q - at).dot(normal).max(0.0);
-        let [na, nb, nc] = self.normals[t as usize];
-        (na * share(b, c) + nb * share(c, a) + nc * share(a, b)).normalize_or(normal.normalize_or_zero())
+    /// The normals at seeds on the surface; 0 for any other.
+    pub(super) fn normals(&self, positions: &[DVec3], anchors: &[Anchor]) -> Vec<DVec3> {
+        let mut normals = vec![DVec3::ZERO; positions.len()];
+        let blocks = normals.par_chunks_mut(BLOCK).zip(positions.par_chunks(BLOCK).zip(anchors.par_chunks(BLOCK)));
+        blocks.for_each(|(normals, (positions, anchors))| {
+            let on_surface: Vec<(usize, u32)> = (anchors.iter().enumerate())
+                .filter_map(
+                    |(n, anchor)| if let Anchor::Surface { triangle } = *anchor { Some((n, triangle)) } else { None },
+                )
+                .collect();
+            // Memory is waited for many at a time.
+            let mut known = [([DVec3::ZERO; 3], [DVec3::ZERO; 3]); AT_ONCE];
+            for seeds in on_surface.chunks(AT_ONCE) {
+                for (known, &(_, t)) in known.iter_mut().zip(seeds) {
+                    *known = (self.surface.corners(t), self.normals[t as usize]);
+                }
+                for (&(corners, at_corners), &(n, _)) in known.iter().zip(seeds) {
+                    normals[n] = interpolated(positions[n], corners, at_corners);
+                }
+            }
+        });
+        normals
     }
 
-    /// The normal at a seed on the surface; 0 for any other.
-    pub(super) fn normal_of(&self, at: DVec3, anchor: Anchor) -> DVec3 {
-        match anchor {
-            Anchor::Surface { triangle } => self.normal(at, triangle),
-            _ => DVec3::ZERO,
-        }
-    }
-
-    /// A force on a seed with this [normal](Tangents::normal_of), in the coordinates of its kind.
+    /// A force on a seed with this [normal](Tangents::normals), in the coordinates of its kind.
     pub(super) fn force(&self, anchor: Anchor, normal: DVec3, force: DVec3) -> DVec3 {
         match anchor {
             Anchor::Curve { curve, at } => {
@@ -92,7 +106,15 @@ impl<'a> Tangents<'a> {
     }
 }
 
-/// The part of an entry of a motion that a seed with this [normal](Tangents::normal_of) can follow.
+/// The normal at a point of a triangle, from those at its corners.
+fn interpolated(at: DVec3, [a, b, c]: [DVec3; 3], [at_a, at_b, at_c]: [DVec3; 3]) -> DVec3 {
+    let normal = normal2(a, b, c);
+    let share = |p: DVec3, q: DVec3| (p - at).cross(q - at).dot(normal).max(0.0);
+    let sum = at_a * share(b, c) + at_b * share(c, a) + at_c * share(a, b);
+    sum.normalize_or(normal.normalize_or_zero())
+}
+
+/// The part of an entry of a motion that a seed with this [normal](Tangents::normals) can follow.
 pub(super) fn motion(anchor: Anchor, normal: DVec3, motion: DVec3) -> DVec3 {
     match anchor {
         Anchor::Interior => motion,

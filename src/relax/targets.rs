@@ -23,6 +23,9 @@ const EARLY: usize = 10;
 const LONGEST: f64 = 0.5;
 const LONGEST_OF_LLOYD: f64 = 2.0;
 
+/// Seeds that one thread looks at in a row.
+const BLOCK: usize = 512;
+
 /// A place, and what a seed is bound to there.
 pub(super) type Target = (DVec3, Anchor);
 
@@ -61,21 +64,28 @@ impl Confines<'_> {
         motion: &[DVec3],
         lloyd: &[DVec3],
     ) -> Vec<Target> {
-        let mut targets: Vec<Target> = (0..seeds.positions.len())
-            .into_par_iter()
-            .map(|i| {
+        let mut targets = vec![(DVec3::ZERO, Anchor::Interior); seeds.positions.len()];
+        targets.par_chunks_mut(BLOCK).enumerate().for_each(|(block, targets)| {
+            let (mut along, mut on_surface) = (Vec::with_capacity(BLOCK), Vec::with_capacity(BLOCK));
+            for (n, target) in targets.iter_mut().enumerate() {
+                let i = block * BLOCK + n;
                 let at = seeds.positions[i];
                 let spacing = seeds.spacing_at(at);
                 let longest = (LONGEST * spacing).max(LONGEST_OF_LLOYD * lloyd[i].length());
                 let way = motion[i].clamp_length_max(longest);
-                match seeds.anchors[i] {
+                *target = match seeds.anchors[i] {
                     Anchor::Interior => self.interior(at, way, &clipped.cells[i], spacing),
-                    Anchor::Surface { triangle } if way == DVec3::ZERO => (at, Anchor::Surface { triangle }),
-                    Anchor::Surface { triangle } => self.along_surface(at + way, triangle),
                     fixed => (at, fixed),
+                };
+                if let (Anchor::Surface { triangle }, true) = (seeds.anchors[i], way != DVec3::ZERO) {
+                    along.push((at + way, triangle));
+                    on_surface.push(n);
                 }
-            })
-            .collect();
+            }
+            self.surface.tree().closest_near_each(&along, |n, closest| {
+                targets[on_surface[n]] = (snap(closest.point), Anchor::Surface { triangle: closest.triangle });
+            });
+        });
         if self.boundary == Boundary::Conform {
             self.settle_creases(&mut targets, clipped, chains, motion);
         }
@@ -110,12 +120,6 @@ impl Confines<'_> {
             return self.onto_surface(at + cell.area_moment / cell.area_mass);
         }
         (snap(at + way), Anchor::Interior)
-    }
-
-    /// The closest point of the surface, likely not far from `triangle`.
-    fn along_surface(&self, at: DVec3, triangle: u32) -> Target {
-        let closest = self.surface.tree().closest_near(at, triangle, self.surface.corners(triangle));
-        (snap(closest.point), Anchor::Surface { triangle: closest.triangle })
     }
 
     /// The closest point of the surface.

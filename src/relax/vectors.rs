@@ -7,11 +7,25 @@ use rayon::prelude::*;
 /// Entries in a block.
 const BLOCK: usize = 4096;
 
+/// Entries whose sums do not wait for each other.
+const AT_ONCE: usize = 4;
+
 /// The dot product.
 pub(super) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     let blocks = a.par_chunks(BLOCK).zip(b.par_chunks(BLOCK));
-    let sums: Vec<f64> = blocks.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()).collect();
+    let sums: Vec<f64> = blocks.map(|(a, b)| dot_of_block(a, b)).collect();
     sums.iter().sum()
+}
+
+fn dot_of_block(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let (rows, rest) = a.as_chunks::<AT_ONCE>();
+    let (others, other_rest) = b.as_chunks::<AT_ONCE>();
+    let mut sums = [DVec3::ZERO; AT_ONCE];
+    for (a, b) in rows.iter().zip(others) {
+        (0..AT_ONCE).for_each(|k| sums[k] += a[k] * b[k]);
+    }
+    let sum = sums.into_iter().sum::<DVec3>().element_sum();
+    sum + rest.iter().zip(other_rest).map(|(a, b)| a.dot(*b)).sum::<f64>()
 }
 
 /// The sum of `of(i)` over 0..count.
@@ -26,6 +40,18 @@ pub(super) fn sum(count: usize, of: impl Fn(usize) -> f64 + Sync) -> f64 {
 pub(super) fn add_scaled(a: &mut [DVec3], t: f64, b: &[DVec3]) {
     let blocks = a.par_chunks_mut(BLOCK).zip(b.par_chunks(BLOCK));
     blocks.for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| *a += t * *b));
+}
+
+/// The same; then the dot product of a and c.
+pub(super) fn add_scaled_and_dot(a: &mut [DVec3], t: f64, b: &[DVec3], c: &[DVec3]) -> f64 {
+    let blocks = a.par_chunks_mut(BLOCK).zip(b.par_chunks(BLOCK).zip(c.par_chunks(BLOCK)));
+    let sums: Vec<f64> = blocks
+        .map(|(a, (b, c))| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += t * *b);
+            dot_of_block(a, c)
+        })
+        .collect();
+    sums.iter().sum()
 }
 
 #[cfg(test)]
@@ -44,5 +70,9 @@ mod tests {
         assert_eq!(on(1), on(3));
         let plain: f64 = a.iter().zip(&b).map(|(a, b)| a.dot(*b)).sum();
         assert!((dot(&a, &b) - plain).abs() < 1e-10 * a.len() as f64);
+        let mut sum = a.clone();
+        let found = add_scaled_and_dot(&mut sum, 0.3, &b, &a);
+        assert!(sum.iter().zip(a.iter().zip(&b)).all(|(s, (a, b))| *s == *a + 0.3 * *b));
+        assert_eq!(found, dot(&sum, &a));
     }
 }
