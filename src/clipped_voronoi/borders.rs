@@ -100,19 +100,24 @@ impl Borders {
         borders
     }
 
-    /// Where the edges of a triangle with such corners, edges and owners lead straight from one cell into another, each on its
-    /// way around (0 or 1 where it stays within); `None` unless that is proven of all.
+    /// Whether it is proven of the edges of a triangle with such owners that all lead straight from one cell into another.
     #[inline(always)]
-    pub(super) fn straight(&self, corners: [u32; 3], edges: [u32; 3], owners: [u32; 3]) -> Option<[f64; 3]> {
-        let places = [0, 1, 2].map(|c| {
+    pub(super) fn are_straight(&self, edges: [u32; 3], [i, j, k]: [u32; 3]) -> bool {
+        let [a, b, c] = edges.map(|e| self.places[e as usize].is_nan());
+        !((a & (i != j)) | (b & (j != k)) | (c & (k != i)))
+    }
+
+    /// Where they do, each on its way around; 0 or 1 where it stays within.
+    #[inline(always)]
+    pub(super) fn places(&self, corners: [u32; 3], edges: [u32; 3], owners: [u32; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|c| {
             let next = if c < 2 { c + 1 } else { 0 };
             let place = if owners[c] == owners[next] { 0.0 } else { self.places[edges[c] as usize] };
             if corners[c] < corners[next] { place } else { 1.0 - place }
-        });
-        (!places.iter().fold(false, |any, p| any | p.is_nan())).then_some(places)
+        })
     }
 
-    /// How they lead there, where that is proven.
+    /// How the edges of a triangle with such corners, edges and owners lead from one to the next, where that is proven.
     pub(super) fn ways(&self, corners: [u32; 3], edges: [u32; 3], owners: [u32; 3]) -> Option<[Way; 3]> {
         let mut ways = [Way::Within; 3];
         for c in 0..3 {

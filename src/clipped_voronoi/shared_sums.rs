@@ -89,14 +89,21 @@ impl Batch {
     pub(super) fn add<const SEEDS: usize, S: Shared<SEEDS>>(
         &mut self,
         scene: Scene,
-        items: &[Item],
+        mut items: impl Iterator<Item = Item>,
         sums: &mut Sums<NUMBERS>,
     ) {
         // Vectors are read long after their numbers were written one by one: else each would wait for all of these.
-        for items in items.chunks(BLOCKS * LANES) {
-            items.iter().enumerate().for_each(|(n, item)| self.blocks[n / LANES].set(n % LANES, item, scene));
+        loop {
+            let mut count = 0;
+            for item in items.by_ref().take(BLOCKS * LANES) {
+                self.blocks[count / LANES].set(count % LANES, &item, scene);
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
             scene.arch.dispatch(Find::<SEEDS, S> { blocks: &mut self.blocks, kind: std::marker::PhantomData });
-            (0..items.len()).for_each(|n| self.blocks[n / LANES].add::<SEEDS>(n % LANES, sums));
+            (0..count).for_each(|n| self.blocks[n / LANES].add::<SEEDS>(n % LANES, sums));
         }
     }
 }

@@ -52,9 +52,8 @@ fn crossings(scene: Scene, borders: &Borders) -> Vec<Crossing> {
     let net = &scene.sheet.net;
     let crossing = |meeting: &Meeting| {
         let Meeting { triangle: t, owners, first, weights } = *meeting;
-        let corners = scene.sheet.triangles[t as usize];
-        borders.straight(corners, net.edges_of(t), scene.corner_owners(t))?;
-        Some(crossing(scene, t, first, weights, owners))
+        let straight = borders.are_straight(net.edges_of(t), scene.corner_owners(t));
+        straight.then(|| crossing(scene, t, first, weights, owners))
     };
     borders.meetings().par_iter().filter_map(crossing).collect()
 }
@@ -88,22 +87,36 @@ struct Part {
     left: Vec<u32>,
 }
 
+/// How a triangle is dealt with, as far as that is seen at once.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// All of it is in one cell.
+    Whole,
+    Two,
+    /// Three owners, and no edge that leads elsewhere.
+    Three,
+    /// Any other.
+    Other,
+}
+
 /// Triangles by the way in which they are shared.
 #[derive(Default)]
 struct Lists {
-    twos: Vec<Item>,
-    threes: Vec<Item>,
+    by_kind: [Vec<u32>; 4],
     aparts: Vec<Item>,
     tips: Vec<Item>,
     /// Crossings in tips.
     crossings: Vec<Crossing>,
+    /// What is not shared.
+    left: Vec<u32>,
 }
 
 impl Lists {
     fn clear(&mut self) {
-        let Lists { twos, threes, aparts, tips, crossings } = self;
-        [twos, threes, aparts, tips].into_iter().for_each(Vec::clear);
+        let Lists { aparts, tips, crossings, left, .. } = self;
+        [aparts, tips].into_iter().for_each(Vec::clear);
         crossings.clear();
+        left.clear();
     }
 }
 
@@ -115,64 +128,79 @@ impl<'a> Sharing<'a> {
 
     /// Some triangles.
     fn add(&mut self, triangles: std::ops::Range<usize>) -> Part {
+        self.list(triangles);
+        let Sharing { scene, lists, batch, sums, .. } = self;
+        let [whole, twos, _, _] = &lists.by_kind;
+        for &t in whole {
+            add_whole(*scene, t, sums);
+        }
+        if let Some(borders) = self.borders {
+            batch.add::<2, Two>(*scene, twos.iter().map(|&t| two(*scene, borders, t)), sums);
+            self.add_threes(borders);
+        }
+        let Sharing { scene, lists, batch, sums, .. } = self;
+        batch.add::<3, Apart>(*scene, lists.aparts.iter().copied(), sums);
+        batch.add::<3, Tip>(*scene, lists.tips.iter().copied(), sums);
+        let (crossings, left) = (std::mem::take(&mut lists.crossings), std::mem::take(&mut lists.left));
+        Part { sums: self.sums.take(), crossings, left }
+    }
+
+    /// Lists the triangles, and those that are left.
+    fn list(&mut self, triangles: std::ops::Range<usize>) {
         self.lists.clear();
-        let left = (triangles.start as u32..triangles.end as u32).filter(|&t| !self.take(t)).collect();
-        let lists = &mut self.lists;
-        self.batch.add::<2, Two>(self.scene, &lists.twos, &mut self.sums);
-        self.batch.add::<3, Three>(self.scene, &lists.threes, &mut self.sums);
-        self.batch.add::<3, Apart>(self.scene, &lists.aparts, &mut self.sums);
-        self.batch.add::<3, Tip>(self.scene, &lists.tips, &mut self.sums);
-        Part { sums: self.sums.take(), crossings: std::mem::take(&mut lists.crossings), left }
+        self.list_by_kind(triangles);
+        let others = std::mem::take(&mut self.lists.by_kind[Kind::Other as usize]);
+        for &t in &others {
+            if !self.list_other(t) {
+                self.lists.left.push(t);
+            }
+        }
+        self.lists.by_kind[Kind::Other as usize] = others;
     }
 
-    /// Adds or lists triangle `t`; whether it is shared.
-    #[inline]
-    fn take(&mut self, t: u32) -> bool {
-        let owners = self.scene.corner_owners(t);
-        let [i, j, k] = owners;
-        if i == j && j == k {
-            self.add_whole(t, i);
-            return true;
+    /// Lists the triangles by kind, which is hard to predict: nothing is decided by a branch.
+    fn list_by_kind(&mut self, triangles: std::ops::Range<usize>) {
+        let Sharing { scene, lists, .. } = self;
+        let by_kind = &mut lists.by_kind;
+        by_kind.iter_mut().for_each(|list| list.resize(triangles.len() + 1, 0));
+        let mut counts = [0; 4];
+        for t in triangles.start as u32..triangles.end as u32 {
+            let kind = kind(*scene, self.borders, t) as usize;
+            by_kind[kind][counts[kind]] = t;
+            counts[kind] += 1;
         }
-        let Some(borders) = self.borders else { return false };
-        // The corner that stands alone, if one does.
-        let alone = if j == k {
-            Some(0)
-        } else if k == i {
-            Some(1)
-        } else {
-            (i == j).then_some(2)
+        by_kind.iter_mut().zip(counts).for_each(|(list, count)| list.truncate(count));
+    }
+
+    /// Adds the triangles of three owners whose cells meet in them.
+    fn add_threes(&mut self, borders: &Borders) {
+        let Sharing { scene, lists, batch, sums, .. } = self;
+        let Lists { by_kind, left, .. } = lists;
+        let item = |&t: &u32| {
+            let Some(&Meeting { first, owners: seeds, weights, .. }) = borders.in_triangle(t) else {
+                left.push(t);
+                return None;
+            };
+            let places =
+                borders.places(scene.sheet.triangles[t as usize], scene.sheet.net.edges_of(t), scene.corner_owners(t));
+            let [q, s, r] = turned(places, first);
+            Some(Item { first, seeds, places: [q, s, r, 0.0], weights, ..Item::of(t) })
         };
-        let (corners, edges) = (self.scene.sheet.triangles[t as usize], self.scene.sheet.net.edges_of(t));
-        match (borders.straight(corners, edges, owners), alone) {
-            (Some(places), Some(first)) => {
-                let ([q, _, r], [i, j, _]) = (turned(places, first), turned(owners, first));
-                self.lists.twos.push(Item { first, seeds: [i, j, j], places: [q, 0.0, r, 0.0], ..Item::of(t) });
-                true
-            }
-            (Some(places), None) => {
-                let Some(&Meeting { first, owners: seeds, weights, .. }) = borders.in_triangle(t) else {
-                    return false;
-                };
-                let [q, s, r] = turned(places, first);
-                self.lists.threes.push(Item { first, seeds, places: [q, s, r, 0.0], weights, ..Item::of(t) });
-                true
-            }
-            (None, alone) => {
-                let Some(ways) = borders.ways(corners, edges, owners) else { return false };
-                match alone {
-                    Some(first) => self.list_tip(t, first, turned(owners, first), turned(ways, first)),
-                    None => self.list_apart(t, owners, ways),
-                }
-            }
-        }
+        batch.add::<3, Three>(*scene, by_kind[Kind::Three as usize].iter().filter_map(item), sums);
     }
 
-    fn add_whole(&mut self, t: u32, i: u32) {
-        let mut cell = Cell::default();
-        self.scene.add_whole(i, t, &mut cell);
-        let cell = if self.scene.sheet.is_interface(t) { cell.of_surface() } else { cell };
-        self.sums.add(i, cell.numbers());
+    /// Lists a triangle that is none of the other kinds; whether it is shared.
+    fn list_other(&mut self, t: u32) -> bool {
+        let Some(borders) = self.borders else { return false };
+        let (corners, edges) = (self.scene.sheet.triangles[t as usize], self.scene.sheet.net.edges_of(t));
+        let owners = self.scene.corner_owners(t);
+        let Some(ways) = borders.ways(corners, edges, owners) else { return false };
+        let [i, j, k] = owners;
+        if i != j && j != k && k != i {
+            return self.list_apart(t, owners, ways);
+        }
+        let first = alone(owners);
+        self.list_tip(t, first, turned(owners, first), turned(ways, first))
     }
 
     /// Lists a triangle whose corners have two owners and that has the tip of a third cell, if the three meet in it.
@@ -207,6 +235,48 @@ impl<'a> Sharing<'a> {
         }
         false
     }
+}
+
+/// The kind of a triangle.
+#[inline(always)]
+fn kind(scene: Scene, borders: Option<&Borders>, t: u32) -> Kind {
+    const KINDS: [[Kind; 2]; 4] =
+        [[Kind::Other, Kind::Three], [Kind::Other, Kind::Two], [Kind::Other; 2], [Kind::Whole; 2]];
+    let owners = scene.corner_owners(t);
+    let [i, j, k] = owners;
+    let pairs = usize::from(i == j) + usize::from(j == k) + usize::from(k == i);
+    let straight = borders.is_some_and(|b| b.are_straight(scene.sheet.net.edges_of(t), owners));
+    KINDS[pairs][usize::from(straight)]
+}
+
+/// Of three corners that have two owners the one that stands alone.
+#[inline(always)]
+fn alone([i, j, k]: [u32; 3]) -> usize {
+    if j == k {
+        0
+    } else if k == i {
+        1
+    } else {
+        2
+    }
+}
+
+fn add_whole(scene: Scene, t: u32, sums: &mut Sums<NUMBERS>) {
+    let [i, _, _] = scene.corner_owners(t);
+    let mut cell = Cell::default();
+    scene.add_whole(i, t, &mut cell);
+    let cell = if scene.sheet.is_interface(t) { cell.of_surface() } else { cell };
+    sums.add(i, cell.numbers());
+}
+
+/// A triangle that two cells share.
+#[inline(always)]
+fn two(scene: Scene, borders: &Borders, t: u32) -> Item {
+    let owners = scene.corner_owners(t);
+    let first = alone(owners);
+    let places = borders.places(scene.sheet.triangles[t as usize], scene.sheet.net.edges_of(t), owners);
+    let ([q, _, r], [i, j, _]) = (turned(places, first), turned(owners, first));
+    Item { first, seeds: [i, j, j], places: [q, 0.0, r, 0.0], ..Item::of(t) }
 }
 
 #[cfg(test)]
@@ -291,14 +361,15 @@ mod tests {
         with_scene(&surface, 100, |scene| {
             let borders = Borders::find(scene);
             let mut sharing = Sharing::new(scene, Some(&borders));
-            let count = scene.sheet.triangles.len() as u32;
-            let left = (0..count).filter(|&t| !sharing.take(t)).count();
-            let Lists { twos, threes, aparts, tips, crossings } = &sharing.lists;
+            let count = scene.sheet.triangles.len();
+            sharing.list(0..count);
+            sharing.add_threes(&borders);
+            let Lists { by_kind: [_, twos, threes, _], aparts, tips, crossings, left } = &sharing.lists;
             let (forward, backward): (Vec<&Item>, Vec<&Item>) = tips.iter().partition(|t| t.forward);
             let counts = [twos.len(), threes.len(), aparts.len(), forward.len(), backward.len()];
             assert!(counts.iter().all(|&n| n >= 5), "{counts:?}");
             assert_eq!(crossings.len(), tips.len());
-            assert!(left < count as usize / 50, "{left} of {count} are left");
+            assert!(left.len() < count / 50, "{} of {count} are left", left.len());
         });
     }
 }
