@@ -11,10 +11,10 @@
 //! A point of the bisector of two seeds is in both cells if no other neighbour of the one is nearer: see `walls.rs`. Where the
 //! margin is not met nothing is said, and `polygon.rs` decides exactly.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::SEEDS;
+use super::owners::count;
 use super::surface_pieces::Scene;
 use super::walls::{LANES, Lanes, Walls, get, in_triangle, on_edge, set};
 
@@ -68,15 +68,16 @@ pub(super) struct Meeting {
 }
 
 impl Borders {
-    /// All that is simple.
-    pub(super) fn find(scene: Scene) -> Borders {
+    /// All that is simple of what several seeds own.
+    pub(super) fn find(scene: Scene, shared: &Shared) -> Borders {
         let net = &scene.sheet.net;
-        let parts: Vec<Proofs> = (0..scene.points.len().div_ceil(SEEDS))
+        let seeds = scene.points.len();
+        let parts: Vec<Proofs> = (0..seeds.div_ceil(SEEDS))
             .into_par_iter()
             .map_init(Prover::default, |prover, block| {
                 let mut proofs = Proofs::default();
-                for i in block * SEEDS..((block + 1) * SEEDS).min(scene.points.len()) {
-                    prover.prove(scene, i as u32, &mut proofs);
+                for i in block * SEEDS..((block + 1) * SEEDS).min(seeds) {
+                    prover.prove(scene, i as u32, shared, &mut proofs);
                 }
                 proofs
             })
@@ -197,30 +198,67 @@ struct Proofs {
     open: Vec<Open>,
 }
 
+/// An edge between vertices of two seeds, that of the lesser first.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Edge {
+    pub(super) seed: u32,
+    pub(super) id: u32,
+    pub(super) vertices: [u32; 2],
+}
+
+/// A triangle with the corners of three seeds, and the least of these.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Triangle {
+    pub(super) seed: u32,
+    pub(super) id: u32,
+}
+
+/// Edges and triangles, by seed.
+pub(super) struct Shared {
+    edges: Grouped<Edge>,
+    triangles: Grouped<Triangle>,
+}
+
+impl Shared {
+    /// Of lists in any order, over so many seeds.
+    pub(super) fn new(edges: &[Edge], triangles: &[Triangle], seeds: usize) -> Shared {
+        Shared { edges: Grouped::new(edges, seeds, |e| e.seed), triangles: Grouped::new(triangles, seeds, |t| t.seed) }
+    }
+}
+
+/// Items by seed.
+struct Grouped<T> {
+    /// Where those of each begin.
+    first: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T: Copy> Grouped<T> {
+    fn new(list: &[T], seeds: usize, of: impl Fn(&T) -> u32) -> Grouped<T> {
+        let mut first = Vec::new();
+        count(&mut first, seeds, list.iter().map(&of));
+        let mut items = list.to_vec();
+        for item in list.iter().rev() {
+            let place = &mut first[of(item) as usize];
+            *place -= 1;
+            items[*place as usize] = *item;
+        }
+        Grouped { first, items }
+    }
+
+    fn of(&self, seed: u32) -> &[T] {
+        &self.items[self.first[seed as usize] as usize..self.first[seed as usize + 1] as usize]
+    }
+}
+
 /// Buffers of one thread, and the cell at hand.
 #[derive(Default)]
 struct Prover {
     walls: Walls,
-    /// Vertices, and their corners on the net; what is behind those of the cell is left from others.
-    corners: Vec<(u32, u32)>,
     on_edges: Vec<OnEdges>,
-    edges: Vec<Edge>,
     in_triangles: Vec<InTriangles>,
-    triangles: Vec<Triangle>,
-}
-
-/// An edge from an own vertex to one of another seed.
-struct Edge {
-    id: u32,
-    other: u32,
-    vertices: [u32; 2],
-}
-
-/// A triangle with the corners of three seeds.
-struct Triangle {
-    id: u32,
-    first: usize,
-    others: [u32; 2],
+    /// Which of a triangle's corners is the seed's, and the owners of the next ones.
+    triangles: Vec<(usize, [u32; 2])>,
 }
 
 /// As many edges: their ends and the other seeds, relative to the seed; and what was found.
@@ -246,14 +284,15 @@ struct InTriangles {
 
 impl Prover {
     /// What the cell of seed `i` proves: edges and triangles between it and seeds with greater numbers.
-    fn prove(&mut self, scene: Scene, i: u32, proofs: &mut Proofs) {
-        self.list(scene, i);
-        if self.edges.is_empty() {
+    fn prove(&mut self, scene: Scene, i: u32, shared: &Shared, proofs: &mut Proofs) {
+        let (edges, triangles) = (shared.edges.of(i), shared.triangles.of(i));
+        if edges.is_empty() {
             return;
         }
+        self.list(scene, i, edges, triangles);
         self.walls.set(scene, i);
         let meetings = proofs.meetings.len();
-        scene.arch.dispatch(Prove { prover: self, proofs, i });
+        scene.arch.dispatch(Prove { prover: self, proofs, i, edges, triangles, owners: scene.owners.of() });
         proofs.meetings[meetings..].sort_unstable_by_key(|m| {
             let [_, j, k] = m.owners;
             (j.min(k), j.max(k), m.triangle)
@@ -261,56 +300,29 @@ impl Prover {
     }
 
     /// Lists the edges and triangles of the cell.
-    fn list(&mut self, scene: Scene, i: u32) {
+    fn list(&mut self, scene: Scene, i: u32, edges: &[Edge], triangles: &[Triangle]) {
         let Scene { points, sheet, owners, .. } = scene;
-        self.edges.clear();
-        self.triangles.clear();
         let (of, seed) = (owners.of(), points[i as usize]);
-        for n in 0..self.list_corners(scene, i) {
-            let (v, corner) = (self.corners[n].0, sheet.net.corners()[self.corners[n].1 as usize]);
-            let [j, k] = [corner.next, corner.last].map(|v| of[v as usize]);
-            let (block, l) = next(&mut self.on_edges, self.edges.len());
-            set(&mut block.from, l, sheet.points[v as usize] - seed);
-            set(&mut block.to, l, sheet.points[corner.next as usize] - seed);
-            set(&mut block.other, l, points[j as usize] - seed);
-            self.edges.push(Edge { id: corner.edge, other: j, vertices: [v, corner.next] });
-            if k > i && k != j {
-                self.list_triangle(scene, corner.triangle, v, seed, [j, k]);
+        for (n, &Edge { vertices: [from, to], .. }) in edges.iter().enumerate() {
+            let (block, l) = next(&mut self.on_edges, n);
+            set(&mut block.from, l, sheet.points[from as usize] - seed);
+            set(&mut block.to, l, sheet.points[to as usize] - seed);
+            set(&mut block.other, l, points[of[to as usize] as usize] - seed);
+        }
+        self.triangles.clear();
+        for (n, &Triangle { id, .. }) in triangles.iter().enumerate() {
+            let of_corners = scene.corner_owners(id);
+            let first = if of_corners[0] == i { 0 } else { 1 + usize::from(of_corners[2] == i) };
+            let [_, j, k] = turned(of_corners, first);
+            let (block, l) = next(&mut self.in_triangles, n);
+            for (at, p) in block.corners.iter_mut().zip(turned(sheet.corners(id), first)) {
+                set(at, l, p - seed);
             }
-        }
-    }
-
-    /// Lists the own vertices' corners whose next vertex belongs to a seed with a greater number; how many they are.
-    #[inline]
-    fn list_corners(&mut self, scene: Scene, i: u32) -> usize {
-        let (net, of) = (&scene.sheet.net, scene.owners.of());
-        let mut count = 0;
-        for &v in scene.owners.vertices_of(i as usize) {
-            let around = net.corners_at(v);
-            if self.corners.len() < count + around.len() {
-                self.corners.resize(2 * (count + around.len()), (0, 0));
+            for (at, j) in block.others.iter_mut().zip([j, k]) {
+                set(at, l, points[j as usize] - seed);
             }
-            for n in around {
-                // Whether it belongs there is hard to predict: write it in any case.
-                self.corners[count] = (v, n as u32);
-                count += usize::from(of[net.corners()[n].next as usize] > i);
-            }
+            self.triangles.push((first, [j, k]));
         }
-        count
-    }
-
-    /// Lists triangle `id`, of which the seed, at `seed`, owns vertex `v`, and two others the next.
-    fn list_triangle(&mut self, scene: Scene, id: u32, v: u32, seed: DVec3, others: [u32; 2]) {
-        let ids = scene.sheet.triangles[id as usize];
-        let first = if ids[0] == v { 0 } else { 1 + usize::from(ids[2] == v) };
-        let (block, l) = next(&mut self.in_triangles, self.triangles.len());
-        for (at, p) in block.corners.iter_mut().zip(turned(scene.sheet.corners(id), first)) {
-            set(at, l, p - seed);
-        }
-        for (at, j) in block.others.iter_mut().zip(others) {
-            set(at, l, scene.points[j as usize] - seed);
-        }
-        self.triangles.push(Triangle { id, first, others });
     }
 }
 
@@ -328,6 +340,9 @@ struct Prove<'a> {
     prover: &'a mut Prover,
     proofs: &'a mut Proofs,
     i: u32,
+    edges: &'a [Edge],
+    triangles: &'a [Triangle],
+    owners: &'a [u32],
 }
 
 impl pulp::WithSimd for Prove<'_> {
@@ -335,11 +350,11 @@ impl pulp::WithSimd for Prove<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Prover { walls, on_edges, edges, in_triangles, triangles, .. } = self.prover;
-        for (block, edges) in on_edges.iter_mut().zip(edges.chunks(LANES)) {
+        let Prover { walls, on_edges, in_triangles, triangles } = self.prover;
+        for (block, edges) in on_edges.iter_mut().zip(self.edges.chunks(LANES)) {
             block.find();
-            for (l, &Edge { id, other, vertices }) in edges.iter().enumerate() {
-                if !block.clear[l] || !walls.hold(get(&block.at, l), [other; 2]) {
+            for (l, &Edge { id, vertices, .. }) in edges.iter().enumerate() {
+                if !block.clear[l] || !walls.hold(get(&block.at, l), [self.owners[vertices[1] as usize]; 2]) {
                     self.proofs.open.push((id, vertices));
                     continue;
                 }
@@ -347,9 +362,10 @@ impl pulp::WithSimd for Prove<'_> {
                 self.proofs.places.push((id, if vertices[0] < vertices[1] { place } else { 1.0 - place }));
             }
         }
-        for (block, triangles) in in_triangles.iter_mut().zip(triangles.chunks(LANES)) {
+        let listed = self.triangles.chunks(LANES).zip(triangles.chunks(LANES));
+        for (block, (ids, triangles)) in in_triangles.iter_mut().zip(listed) {
             block.find();
-            for (l, &Triangle { id, first, others }) in triangles.iter().enumerate() {
+            for (l, (&Triangle { id, .. }, &(first, others))) in ids.iter().zip(triangles).enumerate() {
                 if block.clear[l] && walls.hold(get(&block.at, l), others) {
                     let (owners, weights) = ([self.i, others[0], others[1]], get(&block.weights, l));
                     self.proofs.meetings.push(Meeting { triangle: id, owners, first, weights });

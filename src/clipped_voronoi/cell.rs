@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::sheet::{Face, Linear, Whole};
+use super::sheet::{Face, Linear};
 use super::weighted;
 use crate::geometry::triangle::normal2;
 
@@ -67,21 +67,6 @@ impl Cell {
         self.volume += height * area / 6.0;
         self.moment += first * (height / 24.0);
         self.energy += height * second / 120.0;
-    }
-
-    /// The same for a whole triangle: its integrals about the middle moved to the seed, at `seed`.
-    #[inline]
-    pub(super) fn add_triangle(&mut self, whole: &Whole, seed: DVec3) {
-        let Whole { middle, area_vector, area, square, mass, weighted } = *whole;
-        let to = middle - seed;
-        let cone = area_vector.dot(to);
-        self.volume += cone / 3.0;
-        self.moment += to * (cone / 4.0);
-        // The height of the cone times the integral of the square.
-        self.energy += cone * (to.length_squared() + square) / 5.0;
-        self.area += area;
-        self.area_moment += to * mass + weighted;
-        self.area_mass += mass;
     }
 
     /// The same, where the solid has the density `at_seed` at the seed and `solid` on the piece.

@@ -76,6 +76,9 @@ pub(super) trait Shared<const SEEDS: usize> {
     fn moments(number: impl Fn(usize) -> f64) -> [[f64; NUMBERS]; SEEDS];
 }
 
+/// Whole in one cell.
+pub(super) struct One;
+
 pub(super) struct Two;
 
 pub(super) struct Three;
@@ -96,7 +99,7 @@ impl Batch {
         loop {
             let mut count = 0;
             for item in items.by_ref().take(BLOCKS * LANES) {
-                self.blocks[count / LANES].set(count % LANES, &item, scene);
+                self.blocks[count / LANES].set::<SEEDS>(count % LANES, &item, scene);
                 count += 1;
             }
             if count == 0 {
@@ -109,9 +112,9 @@ impl Batch {
 }
 
 impl Block {
-    /// Puts a triangle into lane `l`.
+    /// Puts a triangle that so many seeds share into lane `l`.
     #[inline]
-    fn set(&mut self, l: usize, item: &Item, scene: Scene) {
+    fn set<const SEEDS: usize>(&mut self, l: usize, item: &Item, scene: Scene) {
         let Scene { points, sheet, .. } = scene;
         let Item { triangle, first, forward, seeds, places, weights } = *item;
         let seed = points[seeds[0] as usize];
@@ -124,7 +127,7 @@ impl Block {
         for n in 0..3 {
             put(3 * n, sheet.points[ids[order[n]] as usize] - seed);
         }
-        for n in 0..2 {
+        for n in 0..SEEDS - 1 {
             put(OTHERS + 3 * n, points[seeds[n + 1] as usize] - seed);
         }
         for n in 0..4 {
@@ -243,6 +246,14 @@ fn plus(a: [f64; NUMBERS], b: [f64; NUMBERS]) -> [f64; NUMBERS] {
 #[inline(always)]
 fn less(a: [f64; NUMBERS], b: [f64; NUMBERS]) -> [f64; NUMBERS] {
     std::array::from_fn(|n| a[n] - b[n])
+}
+
+impl Shared<1> for One {
+    #[inline(always)]
+    fn moments(number: impl Fn(usize) -> f64) -> [[f64; NUMBERS]; 1] {
+        let (corners, plane) = corners(&number);
+        [plane.piece(corners, 1.0)]
+    }
 }
 
 impl Shared<2> for Two {

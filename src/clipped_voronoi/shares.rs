@@ -15,9 +15,9 @@
 use rayon::prelude::*;
 
 use super::Crossing;
-use super::borders::{self, Borders, Meeting, Way, turned};
+use super::borders::{self, Borders, Edge, Meeting, Shared, Triangle, Way, turned};
 use super::cell::{Cell, NUMBERS, Sums};
-use super::shared_sums::{Apart, Batch, Item, Three, Tip, Two};
+use super::shared_sums::{Apart, Batch, Item, One, Three, Tip, Two};
 use super::surface_pieces::Scene;
 use super::walls::Walls;
 
@@ -27,16 +27,19 @@ const BLOCK: usize = 4096;
 /// Adds to `cells` all triangles that are shared so; returns the crossings of Voronoi edges with these, and the triangles that
 /// are left.
 pub(super) fn add(cells: &mut [Cell], scene: Scene) -> (Vec<Crossing>, Vec<u32>) {
-    // Where the solid has a density, only what is whole in a cell is simple.
-    let borders = scene.weights.is_none().then(|| Borders::find(scene));
     let count = scene.sheet.triangles.len();
-    let parts: Vec<_> = (0..count.div_ceil(BLOCK))
+    let seen: Vec<Seen> = (0..count.div_ceil(BLOCK))
         .into_par_iter()
-        .map_init(
-            || Sharing::new(scene, borders.as_ref()),
-            |sharing, block| sharing.add(block * BLOCK..count.min((block + 1) * BLOCK)),
-        )
+        .map_init(Look::default, |look, block| look.at(scene, block * BLOCK..count.min((block + 1) * BLOCK)))
         .collect();
+    // Where the solid has a density, only what is whole in a cell is simple.
+    let borders = scene.weights.is_none().then(|| {
+        let (edges, triangles): (Vec<&[Edge]>, Vec<&[Triangle]>) =
+            seen.iter().map(|s| (&s.edges[..], &s.triangles[..])).unzip();
+        Borders::find(scene, &Shared::new(&edges.concat(), &triangles.concat(), scene.points.len()))
+    });
+    let parts: Vec<_> =
+        seen.par_iter().map_init(|| Sharing::new(scene, borders.as_ref()), |sharing, seen| sharing.add(seen)).collect();
     let mut crossings = borders.map_or_else(Vec::new, |borders| crossings(scene, &borders));
     let mut left = Vec::new();
     for mut part in parts {
@@ -87,13 +90,65 @@ struct Part {
     left: Vec<u32>,
 }
 
-/// How a triangle is dealt with, as far as that is seen at once.
+/// What is seen of a block of triangles from the owners of their corners alone.
+struct Seen {
+    /// Triangles that are whole in a cell, and others.
+    whole: Vec<u32>,
+    shared: Vec<u32>,
+    /// Edges between two owners, each in one of the two directions in which triangles have it.
+    edges: Vec<Edge>,
+    /// Triangles of three owners.
+    triangles: Vec<Triangle>,
+}
+
+/// Lists that are longer than what is in them: what a triangle is is hard to predict, and written in any case.
+#[derive(Default)]
+struct Look {
+    whole: Vec<u32>,
+    shared: Vec<u32>,
+    edges: Vec<Edge>,
+    triangles: Vec<Triangle>,
+}
+
+impl Look {
+    fn at(&mut self, scene: Scene, range: std::ops::Range<usize>) -> Seen {
+        let Look { whole, shared, edges, triangles } = self;
+        let most = range.len() + 1;
+        whole.resize(most, 0);
+        shared.resize(most, 0);
+        edges.resize(3 * most, Edge::default());
+        triangles.resize(most, Triangle::default());
+        let [mut wholes, mut others, mut borders, mut threes] = [0; 4];
+        for t in range.start as u32..range.end as u32 {
+            let ([u, v, w], ids) = (scene.sheet.triangles[t as usize], scene.sheet.net.edges_of(t));
+            let [i, j, k] = scene.corner_owners(t);
+            for (id, [a, b], [from, to]) in
+                [(ids[0], [i, j], [u, v]), (ids[1], [j, k], [v, w]), (ids[2], [k, i], [w, u])]
+            {
+                edges[borders] = Edge { seed: a.min(b), id, vertices: if a < b { [from, to] } else { [to, from] } };
+                borders += usize::from((a != b) & (from < to));
+            }
+            (whole[wholes], shared[others]) = (t, t);
+            let is_whole = (i == j) & (j == k);
+            (wholes, others) = (wholes + usize::from(is_whole), others + usize::from(!is_whole));
+            triangles[threes] = Triangle { seed: i.min(j).min(k), id: t };
+            threes += usize::from((i != j) & (j != k) & (k != i));
+        }
+        Seen {
+            whole: whole[..wholes].to_vec(),
+            shared: shared[..others].to_vec(),
+            edges: edges[..borders].to_vec(),
+            triangles: triangles[..threes].to_vec(),
+        }
+    }
+}
+
+/// How a triangle is shared, as far as that is seen at once.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// All of it is in one cell.
-    Whole,
+    /// By two owners.
     Two,
-    /// Three owners, and no edge that leads elsewhere.
+    /// By three, and no edge leads elsewhere.
     Three,
     /// Any other.
     Other,
@@ -102,7 +157,7 @@ enum Kind {
 /// Triangles by the way in which they are shared.
 #[derive(Default)]
 struct Lists {
-    by_kind: [Vec<u32>; 4],
+    by_kind: [Vec<u32>; 3],
     aparts: Vec<Item>,
     tips: Vec<Item>,
     /// Crossings in tips.
@@ -127,49 +182,63 @@ impl<'a> Sharing<'a> {
     }
 
     /// Some triangles.
-    fn add(&mut self, triangles: std::ops::Range<usize>) -> Part {
-        self.list(triangles);
+    fn add(&mut self, seen: &Seen) -> Part {
+        self.lists.clear();
+        self.add_wholes(&seen.whole);
+        match self.borders {
+            Some(borders) => self.add_shared(borders, &seen.shared),
+            None => self.lists.left.extend(&seen.shared),
+        }
+        let Lists { crossings, left, .. } = &mut self.lists;
+        Part { sums: self.sums.take(), crossings: std::mem::take(crossings), left: std::mem::take(left) }
+    }
+
+    /// Triangles that are whole in one cell.
+    fn add_wholes(&mut self, triangles: &[u32]) {
+        let Sharing { scene, batch, sums, .. } = self;
+        let Some(weights) = scene.weights else {
+            batch.add::<1, One>(*scene, triangles.iter().map(|&t| one(*scene, t)), sums);
+            return;
+        };
+        for &t in triangles {
+            let [i, _, _] = scene.corner_owners(t);
+            let face = scene.sheet.face(t, scene.sheet.corners(t).map(|p| p - scene.points[i as usize]));
+            let mut cell = Cell::default();
+            cell.add_weighted_polygon(&face.corners, &face, weights.at_seed(i));
+            let cell = if scene.sheet.is_interface(t) { cell.of_surface() } else { cell };
+            sums.add(i, cell.numbers());
+        }
+    }
+
+    /// Triangles that several owners share.
+    fn add_shared(&mut self, borders: &Borders, triangles: &[u32]) {
+        self.list(borders, triangles);
         let Sharing { scene, lists, batch, sums, .. } = self;
-        let [whole, twos, _, _] = &lists.by_kind;
-        for &t in whole {
-            add_whole(*scene, t, sums);
-        }
-        if let Some(borders) = self.borders {
-            batch.add::<2, Two>(*scene, twos.iter().map(|&t| two(*scene, borders, t)), sums);
-            self.add_threes(borders);
-        }
+        batch.add::<2, Two>(*scene, lists.by_kind[Kind::Two as usize].iter().map(|&t| two(*scene, borders, t)), sums);
+        self.add_threes(borders);
         let Sharing { scene, lists, batch, sums, .. } = self;
         batch.add::<3, Apart>(*scene, lists.aparts.iter().copied(), sums);
         batch.add::<3, Tip>(*scene, lists.tips.iter().copied(), sums);
-        let (crossings, left) = (std::mem::take(&mut lists.crossings), std::mem::take(&mut lists.left));
-        Part { sums: self.sums.take(), crossings, left }
     }
 
-    /// Lists the triangles, and those that are left.
-    fn list(&mut self, triangles: std::ops::Range<usize>) {
-        self.lists.clear();
-        self.list_by_kind(triangles);
+    /// Lists triangles, and those that are left.
+    fn list(&mut self, borders: &Borders, triangles: &[u32]) {
+        let Sharing { scene, lists, .. } = self;
+        lists.by_kind.iter_mut().for_each(|list| list.resize(triangles.len() + 1, 0));
+        let mut counts = [0; 3];
+        for &t in triangles {
+            let kind = kind(*scene, borders, t) as usize;
+            lists.by_kind[kind][counts[kind]] = t;
+            counts[kind] += 1;
+        }
+        lists.by_kind.iter_mut().zip(counts).for_each(|(list, count)| list.truncate(count));
         let others = std::mem::take(&mut self.lists.by_kind[Kind::Other as usize]);
         for &t in &others {
-            if !self.list_other(t) {
+            if !self.list_other(borders, t) {
                 self.lists.left.push(t);
             }
         }
         self.lists.by_kind[Kind::Other as usize] = others;
-    }
-
-    /// Lists the triangles by kind, which is hard to predict: nothing is decided by a branch.
-    fn list_by_kind(&mut self, triangles: std::ops::Range<usize>) {
-        let Sharing { scene, lists, .. } = self;
-        let by_kind = &mut lists.by_kind;
-        by_kind.iter_mut().for_each(|list| list.resize(triangles.len() + 1, 0));
-        let mut counts = [0; 4];
-        for t in triangles.start as u32..triangles.end as u32 {
-            let kind = kind(*scene, self.borders, t) as usize;
-            by_kind[kind][counts[kind]] = t;
-            counts[kind] += 1;
-        }
-        by_kind.iter_mut().zip(counts).for_each(|(list, count)| list.truncate(count));
     }
 
     /// Adds the triangles of three owners whose cells meet in them.
@@ -190,8 +259,7 @@ impl<'a> Sharing<'a> {
     }
 
     /// Lists a triangle that is none of the other kinds; whether it is shared.
-    fn list_other(&mut self, t: u32) -> bool {
-        let Some(borders) = self.borders else { return false };
+    fn list_other(&mut self, borders: &Borders, t: u32) -> bool {
         let (corners, edges) = (self.scene.sheet.triangles[t as usize], self.scene.sheet.net.edges_of(t));
         let owners = self.scene.corner_owners(t);
         let Some(ways) = borders.ways(corners, edges, owners) else { return false };
@@ -239,14 +307,12 @@ impl<'a> Sharing<'a> {
 
 /// The kind of a triangle.
 #[inline(always)]
-fn kind(scene: Scene, borders: Option<&Borders>, t: u32) -> Kind {
-    const KINDS: [[Kind; 2]; 4] =
-        [[Kind::Other, Kind::Three], [Kind::Other, Kind::Two], [Kind::Other; 2], [Kind::Whole; 2]];
+fn kind(scene: Scene, borders: &Borders, t: u32) -> Kind {
     let owners = scene.corner_owners(t);
     let [i, j, k] = owners;
-    let pairs = usize::from(i == j) + usize::from(j == k) + usize::from(k == i);
-    let straight = borders.is_some_and(|b| b.are_straight(scene.sheet.net.edges_of(t), owners));
-    KINDS[pairs][usize::from(straight)]
+    let two = (i == j) | (j == k) | (k == i);
+    let straight = borders.are_straight(scene.sheet.net.edges_of(t), owners);
+    [[Kind::Other, Kind::Other], [Kind::Three, Kind::Two]][usize::from(straight)][usize::from(two)]
 }
 
 /// Of three corners that have two owners the one that stands alone.
@@ -261,12 +327,10 @@ fn alone([i, j, k]: [u32; 3]) -> usize {
     }
 }
 
-fn add_whole(scene: Scene, t: u32, sums: &mut Sums<NUMBERS>) {
-    let [i, _, _] = scene.corner_owners(t);
-    let mut cell = Cell::default();
-    scene.add_whole(i, t, &mut cell);
-    let cell = if scene.sheet.is_interface(t) { cell.of_surface() } else { cell };
-    sums.add(i, cell.numbers());
+/// A triangle that is whole in one cell.
+#[inline(always)]
+fn one(scene: Scene, t: u32) -> Item {
+    Item { seeds: [scene.corner_owners(t)[0]; 3], ..Item::of(t) }
 }
 
 /// A triangle that two cells share.
@@ -359,12 +423,13 @@ mod tests {
     fn triangles_are_shared_in_every_way_and_nearly_all_of_small_ones() {
         let surface = torus(60);
         with_scene(&surface, 100, |scene| {
-            let borders = Borders::find(scene);
-            let mut sharing = Sharing::new(scene, Some(&borders));
             let count = scene.sheet.triangles.len();
-            sharing.list(0..count);
+            let Seen { shared, edges, triangles, .. } = Look::default().at(scene, 0..count);
+            let borders = Borders::find(scene, &Shared::new(&edges, &triangles, scene.points.len()));
+            let mut sharing = Sharing::new(scene, Some(&borders));
+            sharing.list(&borders, &shared);
             sharing.add_threes(&borders);
-            let Lists { by_kind: [_, twos, threes, _], aparts, tips, crossings, left } = &sharing.lists;
+            let Lists { by_kind: [twos, threes, _], aparts, tips, crossings, left } = &sharing.lists;
             let (forward, backward): (Vec<&Item>, Vec<&Item>) = tips.iter().partition(|t| t.forward);
             let counts = [twos.len(), threes.len(), aparts.len(), forward.len(), backward.len()];
             assert!(counts.iter().all(|&n| n >= 5), "{counts:?}");

@@ -24,39 +24,10 @@ pub(super) struct Sheet<'a> {
     pub(super) points: Vec<DVec3>,
     /// How these hang together.
     pub(super) net: Net,
-    /// What each triangle adds to a cell that holds it whole.
-    wholes: Vec<Whole>,
     /// The density of the surface.
     density: OnVertices,
     /// The density of the solid, on its surface; by the surface's own numbers.
     solid: OnVertices,
-}
-
-/// Moments of a triangle.
-#[derive(Clone, Copy)]
-pub(super) struct Whole {
-    pub(super) middle: DVec3,
-    /// Its unit normal times the area.
-    pub(super) area_vector: DVec3,
-    pub(super) area: f64,
-    /// Mean of the squared distance from the middle.
-    pub(super) square: f64,
-    /// Integrals of the density of the surface, and of it times the vector from the middle.
-    pub(super) mass: f64,
-    pub(super) weighted: DVec3,
-}
-
-impl Whole {
-    fn new(corners: [DVec3; 3], [at_a, at_b, at_c]: [f64; 3]) -> Whole {
-        let [a, b, c] = corners;
-        let middle = (a + b + c) / 3.0;
-        let area_vector = normal2(a, b, c) / 2.0;
-        let area = area_vector.length();
-        let [a, b, c] = corners.map(|p| p - middle);
-        let square = (a.length_squared() + b.length_squared() + c.length_squared()) / 12.0;
-        let weighted = (a * at_a + b * at_b + c * at_c) * (area / 12.0);
-        Whole { middle, area_vector, area, square, mass: area * (at_a + at_b + at_c) / 3.0, weighted }
-    }
 }
 
 /// A triangle of the surface, relative to the seed of the cell.
@@ -112,11 +83,9 @@ impl<'a> Sheet<'a> {
         let triangles: Vec<[u32; 3]> =
             order.iter().map(|&t| surface.triangles()[t as usize].map(&mut number)).collect();
         let points: Vec<DVec3> = vertices.iter().map(|&v| surface.points()[v as usize]).collect();
-        let net = Net::new(&triangles, points.len());
+        let net = Net::new(&triangles);
         let (density, solid) = (OnVertices::default(), OnVertices::default());
-        let mut sheet = Sheet { surface, order, triangles, vertices, points, net, wholes: Vec::new(), density, solid };
-        sheet.set_wholes();
-        sheet
+        Sheet { surface, order, triangles, vertices, points, net, density, solid }
     }
 
     /// From now on weighs the surface by `density`.
@@ -128,12 +97,6 @@ impl<'a> Sheet<'a> {
                 OnVertices::new(&self.triangles, &self.points, at)
             }
         };
-        self.set_wholes();
-    }
-
-    fn set_wholes(&mut self) {
-        let whole = |t| Whole::new(self.corners(t), self.density.at_vertices(self.triangles[t as usize]));
-        self.wholes = (0..self.triangles.len() as u32).map(whole).collect();
     }
 
     /// From now on weighs the solid by a density that has these values at the surface's vertices.
@@ -157,12 +120,6 @@ impl<'a> Sheet<'a> {
     #[inline]
     pub(super) fn corners(&self, t: u32) -> [DVec3; 3] {
         self.triangles[t as usize].map(|v| self.points[v as usize])
-    }
-
-    /// The moments of triangle `t`.
-    #[inline]
-    pub(super) fn whole(&self, t: u32) -> &Whole {
-        &self.wholes[t as usize]
     }
 
     /// The density of the surface on triangle `t`, for points relative to the same as its first corner `from`.

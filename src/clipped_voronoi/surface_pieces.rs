@@ -173,19 +173,6 @@ impl Scene<'_> {
     pub(super) fn corner_owners(&self, t: u32) -> [u32; 3] {
         self.sheet.triangles[t as usize].map(|v| self.owners.of()[v as usize])
     }
-
-    /// Adds a triangle that seed `i` owns whole.
-    #[inline]
-    pub(super) fn add_whole(&self, i: u32, t: u32, cell: &mut Cell) {
-        let Scene { points, sheet, .. } = self;
-        match &self.weights {
-            None => cell.add_triangle(sheet.whole(t), points[i as usize]),
-            Some(weights) => {
-                let face = sheet.face(t, sheet.corners(t).map(|p| p - points[i as usize]));
-                cell.add_weighted_polygon(&face.corners, &face, weights.at_seed(i));
-            }
-        }
-    }
 }
 
 impl<'a> Cutter<'a> {
