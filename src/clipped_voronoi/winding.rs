@@ -13,6 +13,9 @@ use crate::delaunay::Delaunay;
 /// Tets that one thread looks at in a row.
 const BLOCK: usize = 4096;
 
+/// So many times tets are looked at one by one, in their order, before one leads to the next.
+const LOOKS: usize = 3;
+
 /// Not known.
 const UNKNOWN: i32 = i32::MIN;
 
@@ -74,10 +77,14 @@ impl Winding {
         }
         // 1. Tets with an infinite vertex, or with one that is known.
         let open = self.begin(delaunay, crossings)?;
-        // 2. The others, across their facets.
-        let unknown = open.iter().map(|o| o.tet).filter(|&t| self.of_tets[t as usize] == UNKNOWN).collect::<Vec<_>>();
-        self.spread(delaunay, crossings, &unknown);
-        for &t in &unknown {
+        // 2. The others, across their facets: most have a tet beside them that is known.
+        let mut unknown: Vec<&Open> = open.iter().filter(|o| self.of_tets[o.tet as usize] == UNKNOWN).collect();
+        let found = unknown.iter().map(|o| o.tet).collect::<Vec<u32>>();
+        for _ in 0..LOOKS {
+            unknown.retain(|o| !self.look_beside(delaunay, o));
+        }
+        self.spread(delaunay, crossings, &unknown.iter().map(|o| o.tet).collect::<Vec<u32>>());
+        for t in found {
             for v in vertices[t as usize] {
                 if !crossings.touches(v) {
                     self.of_seeds[v as usize] = self.of_tets[t as usize];
@@ -124,6 +131,14 @@ impl Winding {
             })
             .collect::<Result<_, NotClosed>>()?;
         Ok(parts.into_iter().flatten().collect())
+    }
+
+    /// Finds the winding of a tet from one beside it, if that of any is known; whether it is.
+    fn look_beside(&mut self, delaunay: &Delaunay, open: &Open) -> bool {
+        let beyond = delaunay.neighbors()[open.tet as usize].map(|n| self.of_tets[n.tet() as usize]);
+        let Some(f) = (0..4).find(|&f| beyond[f] != UNKNOWN) else { return false };
+        self.of_tets[open.tet as usize] = beyond[f] + open.entered[f];
+        true
     }
 
     /// Finds the windings of `unknown` tets from those next to them.
