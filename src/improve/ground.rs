@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::complex::{Complex, Facet, Freedom, NONE, Stray};
-use super::walk::Walk;
 use crate::geometry::frame::snap;
 use crate::geometry::triangle;
 use crate::surface::Surface;
 use crate::surface::features::Features;
+use crate::surface::walk::Walk;
 
 /// Facets may stray from the surface by this share of its diagonal; farther, only where they did before.
 const STRAY: f64 = 3e-4;

@@ -36,8 +36,8 @@ use crate::params::{Boundary, Params};
 use crate::progress::{Flow, Observer};
 use crate::seeds::Seeds;
 use crate::surface::Surface;
-use crate::surface::edges;
 use crate::surface::features::Features;
+use crate::surface::walk::Walk;
 use crate::tet_mesh::TetMesh;
 
 mod around;
@@ -84,13 +84,10 @@ mod stars;
 
 mod volume;
 
-mod walk;
-
 use complex::Complex;
 use endgame::{Budget, Game};
 use floor::Worklist;
 use ground::Ground;
-use walk::Walk;
 
 /// Rounds of the polish before the endgame.
 const POLISH_ROUNDS: usize = 2;
@@ -145,8 +142,7 @@ pub fn improve(
     params: &Params,
     observer: &mut dyn Observer,
 ) -> String {
-    let twin = edges::twins(surface.triangles());
-    let walk = Walk { surface, twin: &twin };
+    let walk = Walk::new(surface);
     let face = patches::joined(walk, features, mesh.boundary.len());
     let ground = Ground::new(walk, features, &face).keeping(&seeds.whole);
     let mut complex = bind::load(mesh, seeds, &ground);

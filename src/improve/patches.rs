@@ -6,11 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use super::walk::Walk;
 use crate::disjoint_sets::DisjointSets;
 use crate::geometry::triangle;
 use crate::surface::edges;
 use crate::surface::features::Features;
+use crate::surface::walk::Walk;
 
 /// A part is small if it has less than so many facets' area.
 const SMALL: f64 = 4.0;
@@ -75,9 +75,8 @@ mod tests {
         let each: Vec<u32> = (0..12).collect();
         let surface = Surface::new(&points, &triangles, &each, &each).expect("a closed surface");
         let features = Features::find(&surface, 40.0);
-        let twin = edges::twins(surface.triangles());
         let parts = |facets: usize| {
-            let mut parts = joined(Walk { surface: &surface, twin: &twin }, &features, facets);
+            let mut parts = joined(Walk::new(&surface), &features, facets);
             let own = [parts[0], parts[2]];
             parts.sort_unstable();
             parts.dedup();

@@ -10,6 +10,7 @@ use crate::params::Boundary;
 use crate::seeds::{Anchor, Seeds};
 use crate::surface::Surface;
 use crate::surface::features::Features;
+use crate::surface::walk::Walk;
 
 /// An interior seed that owns more than this share of a surface seed's mean area becomes a surface seed.
 const ADOPTED_AREA: f64 = 0.12;
@@ -23,8 +24,14 @@ const EARLY: usize = 10;
 const LONGEST: f64 = 0.5;
 const LONGEST_OF_LLOYD: f64 = 2.0;
 
-/// Seeds that one thread looks at in a row.
+/// The end of a way along the surface is looked for from triangle to triangle, if it ends no further from the surface than this
+/// share of its length.
+const BENT: f64 = 0.2;
+
+/// Seeds that one thread looks at in a row, and of those on the surface so many at once.
 const BLOCK: usize = 512;
+
+const AT_ONCE: usize = 16;
 
 /// A place, and what a seed is bound to there.
 pub(super) type Target = (DVec3, Anchor);
@@ -66,7 +73,7 @@ impl Confines<'_> {
     ) -> Vec<Target> {
         let mut targets = vec![(DVec3::ZERO, Anchor::Interior); seeds.positions.len()];
         targets.par_chunks_mut(BLOCK).enumerate().for_each(|(block, targets)| {
-            let (mut along, mut on_surface) = (Vec::with_capacity(BLOCK), Vec::with_capacity(BLOCK));
+            let mut on_surface = Vec::with_capacity(BLOCK);
             for (n, target) in targets.iter_mut().enumerate() {
                 let i = block * BLOCK + n;
                 let at = seeds.positions[i];
@@ -78,13 +85,17 @@ impl Confines<'_> {
                     fixed => (at, fixed),
                 };
                 if let (Anchor::Surface { triangle }, true) = (seeds.anchors[i], way != DVec3::ZERO) {
-                    along.push((at + way, triangle));
-                    on_surface.push(n);
+                    on_surface.push((n, triangle, way));
                 }
             }
-            self.surface.tree().closest_near_each(&along, |n, closest| {
-                targets[on_surface[n]] = (snap(closest.point), Anchor::Surface { triangle: closest.triangle });
-            });
+            // Memory is waited for many at a time.
+            let mut corners = [[DVec3::ZERO; 3]; AT_ONCE];
+            for seeds in on_surface.chunks(AT_ONCE) {
+                corners.iter_mut().zip(seeds).for_each(|(corners, s)| *corners = self.surface.corners(s.1));
+                for (&corners, &(n, triangle, way)) in corners.iter().zip(seeds) {
+                    targets[n] = self.along_surface(targets[n].0, way, (triangle, corners));
+                }
+            }
         });
         if self.boundary == Boundary::Conform {
             self.settle_creases(&mut targets, clipped, chains, motion);
@@ -120,6 +131,17 @@ impl Confines<'_> {
             return self.onto_surface(at + cell.area_moment / cell.area_mass);
         }
         (snap(at + way), Anchor::Interior)
+    }
+
+    /// On the surface, from a place on a triangle with such corners by a way in the plane there. The point that is closest to its
+    /// end from triangle to triangle; where that is not near, the closest of all.
+    fn along_surface(&self, at: DVec3, way: DVec3, (triangle, corners): (u32, [DVec3; 3])) -> Target {
+        let to = at + way;
+        let mut found = Walk::new(self.surface).closest_on_way((triangle, corners), to);
+        if found.distance2 > BENT * BENT * way.length_squared() {
+            found = self.surface.tree().closest_near(to, found.triangle, self.surface.corners(found.triangle));
+        }
+        (snap(found.point), Anchor::Surface { triangle: found.triangle })
     }
 
     /// The closest point of the surface.

@@ -30,9 +30,6 @@ const BUILD: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::fast_build()
 };
 
-/// Queries whose first guesses are looked up at once.
-const AT_ONCE: usize = 16;
-
 /// No distance is enough.
 const NEVER: f64 = -1.0;
 
@@ -55,8 +52,6 @@ pub struct BoxTree {
     corners: Vec<[DVec3; 3]>,
     /// For each of them, its index in the list that the tree was built from.
     index: Vec<u32>,
-    /// The other way around: for each of that list, its place, and the node that holds it.
-    places: Vec<[u32; 2]>,
     /// Centre of the tree's own frame.
     center: DVec3,
     /// Its units per unit of the coordinates given.
@@ -69,7 +64,7 @@ impl BoxTree {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|v| points[v as usize])).collect();
         let bounds = BoundingBox::of(corners.as_flattened());
         if corners.is_empty() {
-            return BoxTree { nodes: vec![], corners, index: vec![], places: vec![], center: DVec3::ZERO, scale: 1.0 };
+            return BoxTree { nodes: vec![], corners, index: vec![], center: DVec3::ZERO, scale: 1.0 };
         }
         let half = (bounds.extent() * 0.5).max_element();
         let scale = if half > 0.0 { 1.0 / half } else { 1.0 };
@@ -85,15 +80,7 @@ impl BoxTree {
         let mut seconds = std::time::Duration::ZERO;
         let (nodes, index) = nodes::collapse(&build_bvh2(&boxes, BUILD, &mut seconds));
         let corners = index.iter().map(|&t| corners[t as usize]).collect();
-        let mut places = vec![[0; 2]; index.len()];
-        for (n, node) in (0..).zip(&nodes) {
-            for (_, child) in node.children([(); 4]) {
-                if let Ok(k) = child.place() {
-                    places[index[k] as usize] = [k as u32, n];
-                }
-            }
-        }
-        BoxTree { nodes, corners, index, places, center, scale }
+        BoxTree { nodes, corners, index, center, scale }
     }
 
     /// Whether `p` is inside, by the parity of exact crossings of a ray.
@@ -136,25 +123,6 @@ impl BoxTree {
     /// If the tree has no triangles, or `p` is not finite.
     pub fn closest_near(&self, p: DVec3, guess: u32, corners: [DVec3; 3]) -> Closest {
         self.closest_below(p, guessed(p, guess, corners), NEVER)
-    }
-
-    /// The same for many queries, each with such a triangle: faster than one by one, as memory is waited for many at a time.
-    ///
-    /// # Panics
-    /// As [`BoxTree::closest_near`].
-    pub fn closest_near_each(&self, queries: &[(DVec3, u32)], mut found: impl FnMut(usize, Closest)) {
-        let mut corners = [[DVec3::ZERO; 3]; AT_ONCE];
-        for (chunk, queries) in queries.chunks(AT_ONCE).enumerate() {
-            for (corners, (_, guess)) in corners.iter_mut().zip(queries) {
-                let [k, node] = self.places[*guess as usize];
-                *corners = self.corners[k as usize];
-                // Read on the way from the root.
-                std::hint::black_box(self.nodes[node as usize].first());
-            }
-            for (n, (&(p, guess), &corners)) in queries.iter().zip(&corners).enumerate() {
-                found(chunk * AT_ONCE + n, self.closest_near(p, guess, corners));
-            }
-        }
     }
 
     /// A point whose squared distance is no more than `enough`, faster still than the closest; that one where there is none.

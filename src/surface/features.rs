@@ -104,10 +104,10 @@ impl Features {
     ///
     /// At 180 degrees there are none but the user's lines: no corners, no curves, one patch per shell.
     pub fn find(surface: &Surface, angle: f64) -> Features {
-        let twin = edges::twins(surface.triangles());
+        let twin = surface.twins();
         // 1.
-        let crease = creases(surface, &twin, angle);
-        let graph = Graph::new(surface, &twin, &crease);
+        let crease = creases(surface, twin, angle);
+        let graph = Graph::new(surface, twin, &crease);
         // 2.
         let is_corner = corners(surface, &graph, angle);
         // 3.
@@ -115,7 +115,7 @@ impl Features {
         let curves = curves.into_iter().map(|vertices| Curve::new(vertices, surface)).collect();
         let corners = (0..is_corner.len() as u32).filter(|&v| is_corner[v as usize]).collect();
         // 4.
-        Features { corners, curves, face: patches(&twin, &crease) }
+        Features { corners, curves, face: patches(twin, &crease) }
     }
 }
 

@@ -32,6 +32,8 @@ mod repair;
 
 mod soup;
 
+pub(crate) mod walk;
+
 use box_tree::BoxTree;
 use defects::{Defect, Marks};
 use soup::Soup;
@@ -51,6 +53,7 @@ pub struct Surface {
     shells: Vec<Shell>,
     has_interfaces: bool,
     frame: Frame,
+    twins: Vec<edges::EdgeId>,
     tree: BoxTree,
     notes: Vec<String>,
     volume: f64,
@@ -229,6 +232,7 @@ impl Surface {
             volume: volume.value(),
             area: measures::area(&points, &triangles),
             diagonal: BoundingBox::of(&points).diagonal(),
+            twins: edges::twins(&triangles),
             tree,
             points,
             triangles,
@@ -259,6 +263,11 @@ impl Surface {
     /// number of shells.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// For each edge of the triangles, the other one over the same two vertices.
+    pub(crate) fn twins(&self) -> &[edges::EdgeId] {
+        &self.twins
     }
 
     /// The three corners of triangle `t`.

@@ -53,6 +53,7 @@ impl Surface {
         let of = |numbers: &[u32]| origin.iter().map(|&t| numbers[t as usize]).collect();
         Surface {
             tree: BoxTree::build(&points, &triangles),
+            twins: edges::twins(&triangles),
             source: of(&self.source),
             patch: of(&self.patch),
             shell: of(&self.shell),

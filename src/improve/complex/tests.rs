@@ -8,11 +8,10 @@ use crate::improve::floor::Worklist;
 use crate::improve::ground::Ground;
 use crate::improve::measure::INVERTED;
 use crate::improve::resize::{contract, split, split_facet};
-use crate::improve::walk::Walk;
 use crate::rng::Rng;
 use crate::surface::Surface;
-use crate::surface::edges;
 use crate::surface::features::Features;
+use crate::surface::walk::Walk;
 
 /// The box of edge length 2, its sides cut into two triangles each.
 fn cube() -> Surface {
@@ -61,8 +60,7 @@ fn grid(surface: &Surface, features: &Features, n: u32) -> Complex {
         }
     }
     let mut complex = Complex::new(vertices, tets.clone(), Vec::new());
-    let twin = edges::twins(surface.triangles());
-    let ground = Ground::new(Walk { surface, twin: &twin }, features, &features.face);
+    let ground = Ground::new(Walk::new(surface), features, &features.face);
     for t in 0..tets.len() as u32 {
         for i in 0..4 {
             let facet = complex.facet_of(t, i);
@@ -169,8 +167,7 @@ pub(in crate::improve) fn on_grid(test: impl FnOnce(Complex, &Ground)) {
 fn on_grid_of(n: u32, test: impl FnOnce(Complex, &Ground)) {
     let surface = cube();
     let features = Features::find(&surface, 40.0);
-    let twin = edges::twins(surface.triangles());
-    let ground = Ground::new(Walk { surface: &surface, twin: &twin }, &features, &features.face);
+    let ground = Ground::new(Walk::new(&surface), &features, &features.face);
     test(grid(&surface, &features, n), &ground);
 }
 

@@ -54,12 +54,6 @@ pub(super) struct Node {
 impl Node {
     const EMPTY: Node = Node { min: [Vec4::INFINITY; 3], max: [Vec4::NEG_INFINITY; 3], child: [Child::NONE; WIDTH] };
 
-    /// The first child.
-    #[inline(always)]
-    pub(super) fn first(&self) -> Child {
-        self.child[0]
-    }
-
     /// What there is, each with what a test says of its box.
     pub(super) fn children<T: Copy>(&self, tests: [T; WIDTH]) -> impl Iterator<Item = (T, Child)> {
         tests.into_iter().zip(self.child).take_while(|c| c.1 != Child::NONE)

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
+use super::Surface;
+use super::box_tree::Closest;
+use super::edges::{EdgeId, triangle_of};
 use crate::geometry::triangle;
-use crate::surface::Surface;
-use crate::surface::box_tree::Closest;
-use crate::surface::edges::{EdgeId, triangle_of};
 
 /// Triangles on the way at most, and around a vertex.
 const LONGEST_WAY: usize = 64;
@@ -13,17 +13,28 @@ const LARGEST_FAN: usize = 32;
 
 /// The surface, with the triangles beside each.
 #[derive(Clone, Copy)]
-pub(super) struct Walk<'a> {
+pub struct Walk<'a> {
+    /// The surface.
     pub surface: &'a Surface,
     /// For each edge of the triangles, the other one over the same two vertices.
     pub twin: &'a [EdgeId],
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    /// On `surface`.
+    pub fn new(surface: &'a Surface) -> Walk<'a> {
+        Walk { surface, twin: surface.twins() }
+    }
+
     /// The point that the surface is closest to `p` at, as far as one gets from triangle `start` by ever closer ones. There may be
     /// closer points behind a rise: the distance is an upper bound.
-    pub(super) fn closest_from(&self, start: u32, p: DVec3) -> Closest {
-        let mut best = self.on(start, p);
+    pub fn closest_from(&self, start: u32, p: DVec3) -> Closest {
+        self.closest_on_way((start, self.surface.corners(start)), p)
+    }
+
+    /// The same from a triangle whose corners are known.
+    pub fn closest_on_way(&self, (start, corners): (u32, [DVec3; 3]), p: DVec3) -> Closest {
+        let mut best = on(start, corners, p);
         for _ in 0..LONGEST_WAY {
             let Some(closer) = self.closer(best, p) else { break };
             best = closer;
@@ -32,8 +43,7 @@ impl Walk<'_> {
     }
 
     fn on(&self, triangle: u32, p: DVec3) -> Closest {
-        let point = triangle::closest_point(self.surface.corners(triangle), p);
-        Closest { point, triangle, distance2: point.distance_squared(p) }
+        on(triangle, self.surface.corners(triangle), p)
     }
 
     /// A closer point on a triangle next to the one at hand.
@@ -78,11 +88,16 @@ impl Walk<'_> {
     }
 }
 
+/// The closest point of a triangle.
+fn on(triangle: u32, corners: [DVec3; 3], p: DVec3) -> Closest {
+    let point = triangle::closest_point(corners, p);
+    Closest { point, triangle, distance2: point.distance_squared(p) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::rng::Rng;
-    use crate::surface::edges;
 
     #[test]
     fn on_a_convex_surface_the_way_leads_to_the_closest_point() {
@@ -93,8 +108,7 @@ mod tests {
         let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let each: Vec<u32> = (0..12).collect();
         let surface = Surface::new(&points, &triangles, &each, &each).expect("a closed surface");
-        let twin = edges::twins(surface.triangles());
-        let walk = Walk { surface: &surface, twin: &twin };
+        let walk = Walk::new(&surface);
         let mut rng = Rng::new(2, 9);
         for _ in 0..500 {
             let p = rng.in_cube() * 3.0;
