@@ -42,21 +42,30 @@ impl<'a> Crossings<'a> {
 
     /// The crossings of the Voronoi edge dual to the facet (p, q, r), and whether (p, q, r) is an even permutation of
     /// the ascending order that their `leaves` speaks of.
-    pub(super) fn of(&self, [p, q, r]: [u32; 3]) -> (&'a [Crossing], bool) {
+    pub(super) fn of(&self, facet: [u32; 3]) -> (&'a [Crossing], bool) {
+        self.first_of(facet).map_or((&[], true), |first| self.from(first, facet))
+    }
+
+    /// Where those of a facet begin.
+    #[inline]
+    fn first_of(&self, [p, q, r]: [u32; 3]) -> Option<u32> {
         let (low, high) = (p.min(q), p.max(q));
         let facet = [low.min(r), low.max(r).min(high), high.max(r)];
         let mut place = hash(facet) & (self.table.len() - 1);
         loop {
             match self.table[place] {
-                EMPTY => return (&[], true),
-                first if self.all[first as usize].facet == facet => {
-                    let found = &self.all[first as usize..];
-                    let count = found.iter().position(|c| c.facet != facet).unwrap_or(found.len());
-                    return (&found[..count], (p < q) as u8 + (q < r) as u8 + (r < p) as u8 == 2);
-                }
+                EMPTY => return None,
+                first if self.all[first as usize].facet == facet => return Some(first),
                 _ => place = (place + 1) & (self.table.len() - 1),
             }
         }
+    }
+
+    /// What [`Crossings::of`] says of a facet whose crossings begin at `first`.
+    pub(super) fn from(&self, first: u32, [p, q, r]: [u32; 3]) -> (&'a [Crossing], bool) {
+        let found = &self.all[first as usize..];
+        let count = found.iter().position(|c| c.facet != found[0].facet).unwrap_or(found.len());
+        (&found[..count], (p < q) as u8 + (q < r) as u8 + (r < p) as u8 == 2)
     }
 
     /// Whether the surface crosses any Voronoi edge of seed `v`; no for the infinite vertex.
@@ -64,12 +73,12 @@ impl<'a> Crossings<'a> {
         self.touched.get(v as usize) == Some(&true)
     }
 
-    /// For each facet of a tet whose dual edge crosses the surface, what the winding changes by along it into the tet.
-    pub(super) fn entered_by(&self, tet: &[u32; 4]) -> [Option<i32>; 4] {
+    /// For each facet of a tet whose dual edge crosses the surface, where its crossings begin.
+    pub(super) fn of_tet(&self, tet: &[u32; 4]) -> [Option<u32>; 4] {
         let touched = tet.map(|v| self.touches(v));
         FACET.map(|corners| {
-            let found = corners.iter().all(|&v| touched[v]).then(|| self.of(corners.map(|v| tet[v])))?;
-            (!found.0.is_empty()).then(|| entered(found))
+            let is_touched = corners.iter().all(|&v| touched[v]);
+            is_touched.then(|| self.first_of(corners.map(|v| tet[v]))).flatten()
         })
     }
 
@@ -80,7 +89,7 @@ impl<'a> Crossings<'a> {
 }
 
 /// The same for what was [found](Crossings::of).
-fn entered((found, even): (&[Crossing], bool)) -> i32 {
+pub(super) fn entered((found, even): (&[Crossing], bool)) -> i32 {
     found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum()
 }
 

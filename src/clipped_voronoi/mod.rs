@@ -199,8 +199,8 @@ impl<'a> Clipper<'a> {
         let outer = outer_crossings(self.sheet.surface, &crossings);
         let by_facet = Crossings::new(&outer, delaunay.points().len());
         self.winding.update(delaunay, &by_facet);
-        let (winding, marks) = (self.winding.of_tets(), self.winding.marks());
-        let edges = Edges { delaunay, crossings: &by_facet, marks, winding, arch };
+        let Winding { of_tets: winding, marks, crossed, .. } = &self.winding;
+        let edges = Edges { delaunay, crossings: &by_facet, marks, crossed, winding, arch };
         match (&self.sizing, weights) {
             (Some(sizing), Some(weights)) => {
                 let centers = &circumcenters::circumcenters(delaunay, winding);
@@ -213,7 +213,7 @@ impl<'a> Clipper<'a> {
         if weights.is_none() {
             cells.par_iter_mut().for_each(|c| c.mass = c.volume);
         }
-        let inside = self.winding.of_tets().iter().map(|&w| w > 0).collect();
+        let inside = self.winding.of_tets.iter().map(|&w| w > 0).collect();
         let odd = self.sheet.surface.has_interfaces().then(|| behind(delaunay, &crossings));
         ClippedVoronoi { cells, inside, odd, crossings, adjacency: adjacency.clone() }
     }
@@ -232,5 +232,5 @@ fn behind(delaunay: &Delaunay, crossings: &[Crossing]) -> Vec<bool> {
     let by_facet = Crossings::new(crossings, delaunay.points().len());
     let mut winding = Winding::default();
     winding.update(delaunay, &by_facet);
-    winding.of_tets().iter().map(|&w| w > 0).collect()
+    winding.of_tets.iter().map(|&w| w > 0).collect()
 }

@@ -316,7 +316,10 @@ mod tests {
         let crossings = Crossings::new(&[], delaunay.points().len());
         let mut sums = Sums::new(delaunay.points().len());
         let arch = pulp::Arch::new();
-        add(&Edges { delaunay, crossings: &crossings, marks: &marks, winding: &winding, arch }, &mut sums);
+        add(
+            &Edges { delaunay, crossings: &crossings, marks: &marks, crossed: &[], winding: &winding, arch },
+            &mut sums,
+        );
         let mut cells = vec![Cell::default(); delaunay.points().len()];
         sums.take().into_iter().for_each(|(i, part)| Even::add(&mut cells[i as usize], part));
         cells

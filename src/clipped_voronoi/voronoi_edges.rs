@@ -22,6 +22,7 @@ use super::cell::{Cell, Sums};
 use super::circumcenters::circumcenter;
 use super::crossings::{Crossings, FACET};
 use super::tet_shares::Shares;
+use super::winding::Crossed;
 use crate::delaunay::Delaunay;
 use crate::geometry::triples::{cross, dot, minus};
 
@@ -33,8 +34,10 @@ const BLOCK: usize = 8192;
 pub(super) struct Edges<'a> {
     pub(super) delaunay: &'a Delaunay,
     pub(super) crossings: &'a Crossings<'a>,
-    /// See [`Winding::marks`](super::winding::Winding::marks).
+    /// See [`Winding`](super::winding::Winding).
     pub(super) marks: &'a [u8],
+    /// See [`Winding`](super::winding::Winding).
+    pub(super) crossed: &'a [Crossed],
     pub(super) winding: &'a [i32],
     pub(super) arch: pulp::Arch,
 }
@@ -127,24 +130,16 @@ impl Edges<'_> {
                 || (Sums::new(seeds), M::Buffers::default()),
                 |(sums, buffers), block| {
                     let tets = block * BLOCK..((block + 1) * BLOCK).min(count);
-                    measure.add_uncrossed(&self, tets.clone(), buffers, sums);
-                    self.add_crossed_of(measure, tets, sums);
+                    let of = |t: usize| self.crossed.partition_point(|c| (c.tet as usize) < t);
+                    let crossed = &self.crossed[of(tets.start)..of(tets.end)];
+                    measure.add_uncrossed(&self, tets, buffers, sums);
+                    crossed.iter().for_each(|tet| self.add_crossed(measure, tet, sums));
                     sums.take()
                 },
             )
             .collect();
         for &(i, numbers) in found.iter().flatten() {
             M::add(&mut cells[i as usize], numbers);
-        }
-    }
-
-    /// Adds the edges of some tets' facets that cross the surface, each at the one with the lesser number.
-    fn add_crossed_of<const N: usize, M: Measure<N>>(&self, measure: &M, tets: Range<usize>, sums: &mut Sums<N>) {
-        let neighbors = self.delaunay.neighbors();
-        for t in tets.filter(|&t| self.marks[t] != 0) {
-            for f in (0..4).filter(|f| self.marks[t] >> f & 1 == 1 && t < neighbors[t][*f].tet() as usize) {
-                self.add_crossed(measure, (4 * t + f) as u32, sums);
-            }
         }
     }
 
@@ -161,30 +156,35 @@ impl Edges<'_> {
         (FACET[f].map(|v| tet[v]), self.delaunay.neighbors()[t][f].tet() as usize, t)
     }
 
-    /// Adds an edge that crosses the surface.
+    /// Adds what belongs to a tet of its edges that cross the surface.
     ///
     /// What an interval from a to b adds is the difference of what the ways from one base point to b and to a add, so that
-    /// several crossings need no order along the edge. The base is the first crossing.
-    fn add_crossed<const N: usize, M: Measure<N>>(&self, measure: &M, id: u32, sums: &mut Sums<N>) {
-        let (facet, from, to) = self.facet(id);
-        let (crossings, even) = self.crossings.of(facet);
-        let ends = [from, to].map(|t| self.winding[t]);
-        let (base, at_base) = (crossings[0].point, measure.at_crossing(&crossings[0]));
-        let at_seeds = measure.at_seeds(facet);
-        let corners = facet.map(|i| self.delaunay.points()[i as usize].to_array());
-        let mut add = |to: DVec3, at_to: f64, weight: i32| {
-            let ends = [base.to_array(), to.to_array()];
-            let parts = M::interval(corners, ends, f64::from(weight), at_seeds, [at_base, at_to]);
-            facet.iter().zip(parts).for_each(|(&i, part)| sums.add(i, part));
-        };
-        if ends[0] != 0 {
-            add(self.center(from), measure.at_center(from), -ends[0]);
-        }
-        for c in &crossings[1..] {
-            add(c.point, measure.at_crossing(c), if c.leaves == even { 1 } else { -1 });
-        }
-        if ends[1] != 0 {
-            add(self.center(to), measure.at_center(to), ends[1]);
+    /// several crossings need no order along the edge. The base is the first crossing. The way to each end is added at the tet
+    /// there, the others at the tet with the lesser number.
+    fn add_crossed<const N: usize, M: Measure<N>>(&self, measure: &M, crossed: &Crossed, sums: &mut Sums<N>) {
+        let t = crossed.tet as usize;
+        let winding = self.winding[t];
+        let center = if winding != 0 { self.center(t) } else { DVec3::ZERO };
+        for (f, first) in crossed.first.into_iter().enumerate() {
+            let Some(first) = first else { continue };
+            let facet = FACET[f].map(|v| self.delaunay.vertices()[t][v]);
+            let (crossings, even) = self.crossings.from(first, facet);
+            let (base, at_base) = (crossings[0].point, measure.at_crossing(&crossings[0]));
+            let at_seeds = measure.at_seeds(facet);
+            let corners = facet.map(|i| self.delaunay.points()[i as usize].to_array());
+            let mut add = |to: DVec3, at_to: f64, weight: i32| {
+                let ends = [base.to_array(), to.to_array()];
+                let parts = M::interval(corners, ends, f64::from(weight), at_seeds, [at_base, at_to]);
+                facet.iter().zip(parts).for_each(|(&i, part)| sums.add(i, part));
+            };
+            if winding != 0 {
+                add(center, measure.at_center(t), winding);
+            }
+            if crossings.len() > 1 && t < self.delaunay.neighbors()[t][f].tet() as usize {
+                for c in &crossings[1..] {
+                    add(c.point, measure.at_crossing(c), if c.leaves == even { 1 } else { -1 });
+                }
+            }
         }
     }
 }

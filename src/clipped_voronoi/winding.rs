@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::crossings::{Crossings, FACET};
+use super::crossings::{Crossings, FACET, entered};
 use crate::delaunay::Delaunay;
 
 /// Tets that one thread looks at in a row.
@@ -23,11 +23,21 @@ const UNKNOWN: i32 = i32::MIN;
 /// ones -1: 1 behind these shells and 0 in front.
 #[derive(Default)]
 pub(super) struct Winding {
-    of_tets: Vec<i32>,
+    pub(super) of_tets: Vec<i32>,
     /// For each tet, a bit for each of its facets whose dual edge crosses these shells.
-    marks: Vec<u8>,
+    pub(super) marks: Vec<u8>,
+    /// The tets that have such facets, in their order.
+    pub(super) crossed: Vec<Crossed>,
     /// For each seed that no crossing touches, the winding around it.
     of_seeds: Vec<i32>,
+}
+
+/// A tet with facets whose dual edges cross the shells.
+#[derive(Clone, Copy)]
+pub(super) struct Crossed {
+    pub(super) tet: u32,
+    /// For each facet that does, where its crossings begin.
+    pub(super) first: [Option<u32>; 4],
 }
 
 /// A tet of which fewer than two corners are known.
@@ -41,16 +51,6 @@ struct Open {
 struct NotClosed;
 
 impl Winding {
-    /// For each tet.
-    pub(super) fn of_tets(&self) -> &[i32] {
-        &self.of_tets
-    }
-
-    /// For each tet, a bit for each of its facets whose dual edge crosses the shells.
-    pub(super) fn marks(&self) -> &[u8] {
-        &self.marks
-    }
-
     /// Follows the crossings to what they are now.
     ///
     /// # Panics
@@ -107,11 +107,11 @@ impl Winding {
         self.marks.clear();
         self.marks.resize(vertices.len(), 0);
         let blocks = self.of_tets.par_chunks_mut(BLOCK).zip(self.marks.par_chunks_mut(BLOCK));
-        let parts: Vec<Vec<Open>> = blocks
+        let parts: Vec<(Vec<Open>, Vec<Crossed>)> = blocks
             .zip(vertices.par_chunks(BLOCK))
             .enumerate()
             .map(|(block, ((windings, marks), tets))| {
-                let mut open = Vec::new();
+                let (mut open, mut crossed) = (Vec::new(), Vec::new());
                 let mut agreed = true;
                 for (k, tet) in tets.iter().enumerate() {
                     // All is outside around the infinite vertex.
@@ -121,16 +121,23 @@ impl Winding {
                     windings[k] = winding;
                     agreed &= known.iter().fold(true, |all, &w| all & ((w == winding) | (w == UNKNOWN)));
                     if known.iter().map(|&w| u32::from(w == UNKNOWN)).sum::<u32>() >= 3 {
-                        let entered = crossings.entered_by(tet);
-                        marks[k] = (0..4).fold(0, |marks, f| marks | u8::from(entered[f].is_some()) << f);
-                        let entered = entered.map(Option::unwrap_or_default);
-                        open.push(Open { tet: (block * BLOCK + k) as u32, entered });
+                        let (id, first) = ((block * BLOCK + k) as u32, crossings.of_tet(tet));
+                        let entered = [0, 1, 2, 3].map(|f| {
+                            first[f].map_or(0, |first| entered(crossings.from(first, FACET[f].map(|v| tet[v]))))
+                        });
+                        open.push(Open { tet: id, entered });
+                        if first != [None; 4] {
+                            marks[k] = (0..4).fold(0, |marks, f| marks | u8::from(first[f].is_some()) << f);
+                            crossed.push(Crossed { tet: id, first });
+                        }
                     }
                 }
-                if agreed { Ok(open) } else { Err(NotClosed) }
+                if agreed { Ok((open, crossed)) } else { Err(NotClosed) }
             })
             .collect::<Result<_, NotClosed>>()?;
-        Ok(parts.into_iter().flatten().collect())
+        let (open, crossed): (Vec<Vec<Open>>, Vec<Vec<Crossed>>) = parts.into_iter().unzip();
+        self.crossed = crossed.concat();
+        Ok(open.into_iter().flatten().collect())
     }
 
     /// Finds the winding of a tet from one beside it, if that of any is known; whether it is.
@@ -146,7 +153,7 @@ impl Winding {
         let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
         let (winding, marks) = (&mut self.of_tets, &self.marks);
         // The winding of the tet across facet f of tet t, and of t from that.
-        let entered = |t: u32, f: usize| {
+        let entered_by = |t: u32, f: usize| {
             let crossed = marks[t as usize] >> f & 1 == 1;
             if crossed { crossings.entered(FACET[f].map(|v| vertices[t as usize][v])) } else { 0 }
         };
@@ -158,13 +165,13 @@ impl Winding {
             let mut sources = (0..4).map(|f| (f, winding[neighbors[start as usize][f].tet() as usize]));
             let Some((f, beyond)) = sources.find(|s| s.1 != UNKNOWN) else { continue };
             // From the neighbour to t the dual edge runs along (q - p) x (r - p).
-            winding[start as usize] = beyond + entered(start, f);
+            winding[start as usize] = beyond + entered_by(start, f);
             stack.push(start);
             while let Some(t) = stack.pop() {
                 for (f, facet) in neighbors[t as usize].iter().enumerate() {
                     let n = facet.tet();
                     if winding[n as usize] == UNKNOWN {
-                        winding[n as usize] = winding[t as usize] - entered(t, f);
+                        winding[n as usize] = winding[t as usize] - entered_by(t, f);
                         stack.push(n);
                     }
                 }
