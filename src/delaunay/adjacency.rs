@@ -208,3 +208,40 @@ fn prefix_sums(counts: &mut [u32]) {
         *c = sum;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::geometry::frame::snap;
+    use crate::rng::Rng;
+
+    #[test]
+    fn what_is_followed_is_what_is_found_anew() {
+        let mut rng = Rng::new(8, 0);
+        let mut points: Vec<DVec3> = (0..3000).map(|_| snap(rng.in_cube())).collect();
+        let mut delaunay = Delaunay::build(&points).expect("distinct points");
+        let mut follower = Follower::default();
+        // All points, and all but the last ones, which then are nobody's neighbours.
+        for count in [points.len(), points.len() - 400] {
+            let mut in_part = 0;
+            for round in 0..30 {
+                // Now few points move, and now many.
+                let (many, far) = ([3000, 30, 3][round % 3], if round < 15 { 1e-3 } else { 0.05 });
+                for p in points.iter_mut().take(many) {
+                    *p = snap(*p + rng.in_cube() * far);
+                }
+                delaunay.relocate(&points).expect("distinct points");
+                let known = follower.adjacency.offsets.len() == count + 1;
+                in_part += usize::from(known && follower.dirty(delaunay.vertices(), count).is_some());
+                let expected = all_rows(delaunay.vertices(), count);
+                assert_eq!(*follower.follow(&delaunay, count), expected, "{count} of them, round {round}");
+                if count == points.len() {
+                    assert_eq!(expected, delaunay.adjacency());
+                }
+            }
+            assert!(in_part >= 10, "{in_part} rounds were followed in part");
+        }
+    }
+}
