@@ -144,32 +144,36 @@ impl Cell {
 /// added up in their order, so that every sum is the same to the last bit on any number of them.
 pub(super) struct Sums<const N: usize> {
     place: Vec<u32>,
-    found: Vec<(u32, [f64; N])>,
+    seeds: Vec<u32>,
+    found: Vec<[f64; N]>,
 }
 
 impl<const N: usize> Sums<N> {
     /// Empty ones for so many seeds.
     pub(super) fn new(seeds: usize) -> Sums<N> {
-        Sums { place: vec![u32::MAX; seeds], found: Vec::new() }
+        Sums { place: vec![u32::MAX; seeds], seeds: Vec::new(), found: Vec::new() }
     }
 
     /// Adds to the sums of seed `i`.
     #[inline(always)]
     pub(super) fn add(&mut self, i: u32, part: [f64; N]) {
-        let place = self.place[i as usize];
-        if place == u32::MAX {
-            self.place[i as usize] = self.found.len() as u32;
-            self.found.push((i, part));
+        let place = self.place[i as usize] as usize;
+        if let Some(sums) = self.found.get_mut(place) {
+            for n in 0..N {
+                sums[n] += part[n];
+            }
             return;
         }
-        self.found[place as usize].1.iter_mut().zip(part).for_each(|(sum, x)| *sum += x);
+        self.place[i as usize] = self.found.len() as u32;
+        self.seeds.push(i);
+        self.found.push(part);
     }
 
     /// Hands out the sums and is empty again.
-    pub(super) fn take(&mut self) -> Vec<(u32, [f64; N])> {
-        for (i, _) in &self.found {
-            self.place[*i as usize] = u32::MAX;
+    pub(super) fn take(&mut self) -> (Vec<u32>, Vec<[f64; N]>) {
+        for &i in &self.seeds {
+            self.place[i as usize] = u32::MAX;
         }
-        std::mem::take(&mut self.found)
+        (std::mem::take(&mut self.seeds), std::mem::take(&mut self.found))
     }
 }

@@ -43,7 +43,8 @@ pub(super) fn add(cells: &mut [Cell], scene: Scene) -> (Vec<Crossing>, Vec<u32>)
     let mut crossings = borders.map_or_else(Vec::new, |borders| crossings(scene, &borders));
     let mut left = Vec::new();
     for mut part in parts {
-        part.sums.into_iter().for_each(|(i, numbers)| cells[i as usize].add_numbers(numbers));
+        let (seeds, sums) = part.sums;
+        seeds.into_iter().zip(sums).for_each(|(i, numbers)| cells[i as usize].add_numbers(numbers));
         crossings.append(&mut part.crossings);
         left.append(&mut part.left);
     }
@@ -85,7 +86,7 @@ struct Sharing<'a> {
 
 /// What it did in a block.
 struct Part {
-    sums: Vec<(u32, [f64; NUMBERS])>,
+    sums: (Vec<u32>, Vec<[f64; NUMBERS]>),
     crossings: Vec<Crossing>,
     left: Vec<u32>,
 }

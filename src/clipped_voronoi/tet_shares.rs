@@ -321,7 +321,8 @@ mod tests {
             &mut sums,
         );
         let mut cells = vec![Cell::default(); delaunay.points().len()];
-        sums.take().into_iter().for_each(|(i, part)| Even::add(&mut cells[i as usize], part));
+        let (seeds, found) = sums.take();
+        seeds.into_iter().zip(found).for_each(|(i, part)| Even::add(&mut cells[i as usize], part));
         cells
     }
 

@@ -138,8 +138,8 @@ impl Edges<'_> {
                 },
             )
             .collect();
-        for &(i, numbers) in found.iter().flatten() {
-            M::add(&mut cells[i as usize], numbers);
+        for (seeds, sums) in found {
+            seeds.into_iter().zip(sums).for_each(|(i, numbers)| M::add(&mut cells[i as usize], numbers));
         }
     }
 
