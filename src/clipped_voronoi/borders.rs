@@ -156,15 +156,15 @@ type Open = (u32, [u32; 2]);
 /// Which of these edges pass through a third cell.
 fn passages(scene: Scene, open: &[Open]) -> Vec<Passage> {
     let through = |walls: &mut [Walls; 2], &(edge, [u, v]): &Open| {
-        let mut exit = |n: usize, from: u32, to: u32| {
-            let i = scene.owners.of()[from as usize];
-            walls[n].set(scene, i);
-            let seed = scene.points[i as usize];
-            walls[n].exit(scene.arch, [from, to].map(|v| scene.sheet.points[v as usize] - seed))
-        };
-        let ((cell, a), (other, b)) = (exit(0, u, v)?, exit(1, v, u)?);
-        let [a, b] = if u < v { [a, 1.0 - b] } else { [b, 1.0 - a] };
-        (cell == other && a < b).then_some(Passage { edge, cell, places: [a, b] })
+        let [i, j] = [u, v].map(|v| scene.owners.of()[v as usize]);
+        let ends = |seed: u32| [u, v].map(|v| scene.sheet.points[v as usize] - scene.points[seed as usize]);
+        walls[0].set(scene, i);
+        let (cell, a) = walls[0].exit(scene.arch, ends(i))?;
+        // Many edges in a row pass through the same.
+        walls[1].set(scene, cell);
+        let b = walls[1].border(scene.arch, ends(cell), (j, scene.points[j as usize] - scene.points[cell as usize]))?;
+        let [a, b] = if u < v { [a, b] } else { [1.0 - b, 1.0 - a] };
+        (a < b).then_some(Passage { edge, cell, places: [a, b] })
     };
     let found: Vec<Vec<Passage>> = open
         .par_chunks(BLOCK)

@@ -73,6 +73,12 @@ impl Walls {
         arch.dispatch(Exit { walls: self, from: from.to_array(), to: to.to_array() })
     }
 
+    /// Where an edge that comes through the cell leaves it for that of the other seed, as a share of the edge; `None` where it does
+    /// not, or that is not certain.
+    pub(super) fn border(&self, arch: pulp::Arch, [from, to]: [DVec3; 2], (other, at): (u32, DVec3)) -> Option<f64> {
+        arch.dispatch(Border { walls: self, from: from.to_array(), to: to.to_array(), other, at: at.to_array() })
+    }
+
     /// Where the cell meets those of two others in a triangle, around that point counter-clockwise, as barycentric coordinates;
     /// `None` where it does not, or that is not certain.
     pub(super) fn meeting(&self, arch: pulp::Arch, corners: [DVec3; 3], others: [(u32, DVec3); 2]) -> Option<[f64; 3]> {
@@ -110,6 +116,25 @@ impl pulp::WithSimd for Exit<'_> {
         let block = walls.blocks.get(which[l] as usize)?;
         let found = on_edge(from, to, get(&block.at, l));
         (found.clear && walls.hold(found.at, [block.ids[l]; 2])).then_some((block.ids[l], found.place))
+    }
+}
+
+/// The same for a border.
+struct Border<'a> {
+    walls: &'a Walls,
+    from: [f64; 3],
+    to: [f64; 3],
+    other: u32,
+    at: [f64; 3],
+}
+
+impl pulp::WithSimd for Border<'_> {
+    type Output = Option<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<f64> {
+        let found = on_edge(self.from, self.to, self.at);
+        (found.clear && self.walls.hold(found.at, [self.other; 2])).then_some(found.place)
     }
 }
 
