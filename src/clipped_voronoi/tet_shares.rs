@@ -202,7 +202,7 @@ fn shares([a, b, c, d]: [[f64; 3]; 4], weights: [f64; 4]) -> ([[f64; MOMENTS]; 4
 #[inline]
 fn is_flat(clearance: f64) -> bool {
     // Of a tet whose volume rounds to 0 it may be no number.
-    !(clearance > 0.0)
+    clearance <= 0.0 || clearance.is_nan()
 }
 
 #[inline(always)]
