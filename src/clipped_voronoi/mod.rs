@@ -50,6 +50,8 @@ mod polygon;
 
 pub mod polyhedra;
 
+mod seen;
+
 mod shared_sums;
 
 mod shares;

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::Crossing;
 use super::borders::{self, Borders, Edge, Meeting, Shared, Triangle, Way, turned};
 use super::cell::{Cell, NUMBERS, Sums};
+use super::seen::{Look, Seen};
 use super::shared_sums::{Apart, Batch, Item, One, Three, Tip, Two};
 use super::surface_pieces::Scene;
 use super::walls::Walls;
@@ -89,59 +90,6 @@ struct Part {
     sums: (Vec<u32>, Vec<[f64; NUMBERS]>),
     crossings: Vec<Crossing>,
     left: Vec<u32>,
-}
-
-/// What is seen of a block of triangles from the owners of their corners alone.
-struct Seen {
-    /// Triangles that are whole in a cell, and others.
-    whole: Vec<u32>,
-    shared: Vec<u32>,
-    /// Edges between two owners, each in one of the two directions in which triangles have it.
-    edges: Vec<Edge>,
-    /// Triangles of three owners.
-    triangles: Vec<Triangle>,
-}
-
-/// Lists that are longer than what is in them: what a triangle is is hard to predict, and written in any case.
-#[derive(Default)]
-struct Look {
-    whole: Vec<u32>,
-    shared: Vec<u32>,
-    edges: Vec<Edge>,
-    triangles: Vec<Triangle>,
-}
-
-impl Look {
-    fn at(&mut self, scene: Scene, range: std::ops::Range<usize>) -> Seen {
-        let Look { whole, shared, edges, triangles } = self;
-        let most = range.len() + 1;
-        whole.resize(most, 0);
-        shared.resize(most, 0);
-        edges.resize(3 * most, Edge::default());
-        triangles.resize(most, Triangle::default());
-        let [mut wholes, mut others, mut borders, mut threes] = [0; 4];
-        for t in range.start as u32..range.end as u32 {
-            let ([u, v, w], ids) = (scene.sheet.triangles[t as usize], scene.sheet.net.edges_of(t));
-            let [i, j, k] = scene.corner_owners(t);
-            for (id, [a, b], [from, to]) in
-                [(ids[0], [i, j], [u, v]), (ids[1], [j, k], [v, w]), (ids[2], [k, i], [w, u])]
-            {
-                edges[borders] = Edge { seed: a.min(b), id, vertices: if a < b { [from, to] } else { [to, from] } };
-                borders += usize::from((a != b) & (from < to));
-            }
-            (whole[wholes], shared[others]) = (t, t);
-            let is_whole = (i == j) & (j == k);
-            (wholes, others) = (wholes + usize::from(is_whole), others + usize::from(!is_whole));
-            triangles[threes] = Triangle { seed: i.min(j).min(k), id: t };
-            threes += usize::from((i != j) & (j != k) & (k != i));
-        }
-        Seen {
-            whole: whole[..wholes].to_vec(),
-            shared: shared[..others].to_vec(),
-            edges: edges[..borders].to_vec(),
-            triangles: triangles[..threes].to_vec(),
-        }
-    }
 }
 
 /// How a triangle is shared, as far as that is seen at once.
