@@ -16,6 +16,9 @@ use crate::geometry::tetrahedron::EDGES;
 /// Tets treated after an operation for the sake of the count before it is judged.
 const TREATED: usize = 16;
 
+/// The quality that a contraction for the sake of the count may leave for these to mend (radians).
+const LEAST: f64 = 0.3;
+
 /// What a contraction may add to the deficit, as a share of that of a flat tet: more is hardly ever made good.
 const ADDED: f64 = 0.8;
 
@@ -170,7 +173,7 @@ fn resolve(
         for [i, j] in EDGES {
             for ends in [[tet[i], tet[j]], [tet[j], tet[i]]] {
                 let tried = vain.get(&(operation, ends)).copied();
-                if tried.is_some_and(|since| !ends.iter().any(|&v| complex.changed_beside(v, since))) {
+                if tried.is_some_and(|since| !ends.iter().any(|&v| complex.changed_at(v, since))) {
                     continue;
                 }
                 let make = |complex: &mut Complex| operation.make(complex, ground, ends, &mut change);
@@ -301,7 +304,7 @@ fn approach_count(
         // Nothing may fall below the floor; what is below it already may stay there.
         let aim = Aim { treated: TREATED, least: 0.0, deficit: complex.deficit() * (1.0 + 1e-9) + 1e-15 };
         let done = if shrink {
-            contract(complex, ground, [a, b], 0.2, &mut change)
+            contract(complex, ground, [a, b], LEAST, &mut change)
         } else {
             split(complex, ground, [a, b], &mut change).is_some()
         };

@@ -20,6 +20,9 @@ const TREATED_LEAST: usize = 2000;
 /// So many tets below the floor are worth a part of the mesh of their own.
 const LOW_EACH: usize = 1000;
 
+/// Whether the aim is reached is asked each time that so many tets were treated: those still on the list have their turn later.
+const JUDGED_EVERY: usize = 4;
+
 /// What the tets around a change must come to for it to be kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aim {
@@ -29,6 +32,14 @@ pub(super) struct Aim {
     pub least: f64,
     /// The deficit of the whole mesh, at most.
     pub deficit: f64,
+}
+
+impl Aim {
+    /// Whether what changed since `mark` has come to it.
+    fn is_reached(self, complex: &Complex, mark: Mark) -> bool {
+        complex.deficit() <= self.deficit
+            && complex.changed_since(mark).all(|t| complex.quality[t as usize] > self.least)
+    }
 }
 
 /// The tets below the floor, worst first, and the buffers of the operations.
@@ -71,7 +82,7 @@ impl Worklist {
         self.treated
     }
 
-    /// Works off all tets below the floor, but for those that nothing helped before and around which nothing changed since.
+    /// Works off all tets below the floor, but for those that nothing helped before and at whose vertices nothing changed since.
     /// Not beyond `last` tets treated in all.
     pub(super) fn run(&mut self, complex: &mut Complex, ground: &Ground, last: usize) {
         let low: Vec<u32> = complex.low().filter(|&t| !self.hopeless.has(complex, t)).collect();
@@ -154,8 +165,8 @@ impl Worklist {
         }
     }
 
-    /// Makes what changed since `mark` the list, and works off some of it, without a commit. Whether the aim was reached; the first
-    /// tet that is too bad and cannot be helped ends the work, and so do those that leave too large a deficit.
+    /// Makes what changed since `mark` the list, and works off as much of it as the aim takes, without a commit. Whether that was reached;
+    /// the first tet that is too bad and cannot be helped ends the work, and so do those that leave too large a deficit.
     pub(super) fn work_since(&mut self, complex: &mut Complex, ground: &Ground, mark: Mark, aim: Aim) -> bool {
         self.clear();
         self.near.clear();
@@ -163,7 +174,10 @@ impl Worklist {
             self.near.extend(complex.tets[t as usize]);
         }
         self.push_around(complex);
-        for _ in 0..aim.treated {
+        for treated in 0..aim.treated {
+            if (treated + 1).is_multiple_of(JUDGED_EVERY) && aim.is_reached(complex, mark) {
+                return true;
+            }
             let Some(t) = self.next(complex) else { break };
             if !self.treat(complex, ground, t)
                 && (complex.quality[t as usize] <= aim.least || self.certain_deficit(complex) > aim.deficit)
@@ -171,7 +185,7 @@ impl Worklist {
                 return false;
             }
         }
-        complex.deficit() <= aim.deficit && complex.changed_since(mark).all(|t| complex.quality[t as usize] > aim.least)
+        aim.is_reached(complex, mark)
     }
 
     /// The deficit that is left if every tet on the list comes to the floor.

@@ -1,4 +1,5 @@
-//! Tets that nothing helped: they need not be tried again until something changes around them.
+//! Tets that nothing helped: they need not be tried again until something changes at their vertices. What changes farther away
+//! hardly ever helps, and where many tets are stuck, as in thin walls, something always does.
 
 use super::complex::Complex;
 
@@ -15,10 +16,10 @@ impl Hopeless {
         self.since[t as usize] = complex.commits() + 1;
     }
 
-    /// Whether nothing helped a tet and nothing changed around it since.
+    /// Whether nothing helped a tet and nothing changed at its vertices since.
     pub(super) fn has(&self, complex: &Complex, t: u32) -> bool {
         let since = self.since.get(t as usize).copied().unwrap_or(0);
-        since > 0 && complex.last_change(t) < since
+        since > 0 && !complex.tets[t as usize].into_iter().any(|v| complex.changed_at(v, since - 1))
     }
 
     /// Lets every tet be tried again.

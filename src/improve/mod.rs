@@ -94,7 +94,7 @@ const POLISH_ROUNDS: usize = 2;
 
 /// The endgames, with a polish after each.
 const GAMES: [Game; 6] = [
-    Game { strays: 0.1, share: 0.3, followed: 16, splits: false, haste: 0.2 },
+    Game { strays: 0.1, share: 0.3, followed: 8, splits: false, haste: 0.2 },
     Game { strays: 0.1, share: 0.3, followed: 40, splits: true, haste: 0.2 },
     Game { strays: 0.15, share: 0.15, followed: 40, splits: true, haste: 0.1 },
     Game { strays: 0.15, share: 0.15, followed: 64, splits: true, haste: 0.1 },

@@ -212,12 +212,6 @@ impl Complex {
         beside.any(|u| self.changed_at(u, since))
     }
 
-    /// The last commit that changed something at a vertex of a tet beside tet `t`.
-    pub(in crate::improve) fn last_change(&self, t: u32) -> u32 {
-        let beside = self.tets[t as usize].into_iter().flat_map(|v| self.star(v)).flat_map(|&u| self.tets[u as usize]);
-        beside.map(|v| self.stamps.get(v as usize).copied().unwrap_or(0)).max().unwrap_or(0)
-    }
-
     /// Takes back what was changed since `mark`.
     pub(in crate::improve) fn rollback(&mut self, mark: Mark) {
         while self.log.len() > mark.entries
