@@ -38,6 +38,11 @@ pub(super) const LACK: f64 = 0.035;
 /// Tets treated after a flip or split before it is judged.
 const TREATED: usize = 32;
 
+/// Work ends when so many tets were treated, over the mesh's and beside: the farthest places come first, and in thin walls there
+/// are thousands, of which few can be helped.
+const TREATED_SHARE: f64 = 0.05;
+const TREATED_LEAST: usize = 2000;
+
 /// In the end so many places that stray by more than this share of the diagonal are tried once more, and so many tets treated
 /// for each.
 const LAST_PLACES: usize = 12;
@@ -77,13 +82,14 @@ enum Way {
 pub(super) fn run(complex: &mut Complex, ground: &Ground, work: &mut Worklist, lack: f64) {
     let close = CLOSE * ground.surface.diagonal();
     let most = complex.vertex_count() + (MOST * complex.vertex_count() as f64) as usize;
+    let last = work.treated() + TREATED_LEAST + (TREATED_SHARE * complex.tets.len() as f64) as usize;
     let mut since = 0;
     for _ in 0..ROUNDS {
         let places = places::find(complex, ground, (close, since));
         since = complex.commits();
         let mut gained = false;
         for place in places {
-            if complex.vertex_count() >= most {
+            if complex.vertex_count() >= most || work.treated() > last {
                 return;
             }
             gained |= draw_in(complex, ground, work, (place, Bounds { close, lack, kept: KEPT }));
