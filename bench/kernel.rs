@@ -3,10 +3,7 @@
 //! `bench/kernel.sh` compiles `kernel_cgal.cpp` and runs this with its path; `bench/kernel.sh --compare` compares the
 //! triangulations tet for tet instead.
 
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::time::Instant;
 
 use glam::DVec3;
 use tetcvt::delaunay::Delaunay;
@@ -15,6 +12,9 @@ use tetcvt::delaunay::Delaunay;
 #[path = "../tests/support.rs"]
 mod support;
 
+mod rival;
+
+use rival::{Rival, cpu_seconds, write_points};
 use support::*;
 
 fn main() {
@@ -46,50 +46,6 @@ fn main() {
     for (name, points) in sets_to_time().into_iter().filter(|s| wanted(s.0)) {
         time(name, &points, rival.as_mut(), folder.path());
     }
-}
-
-/// Seconds that this thread has spent computing: on a machine that others use as well, the clock tells less. Where the
-/// system does not say, the clock all the same.
-fn cpu_seconds() -> f64 {
-    static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
-    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = stat.and_then(|s| s.split(' ').next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
-
-/// CGAL, in a process of its own that answers requests.
-struct Rival {
-    _process: Child,
-    requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
-}
-
-impl Rival {
-    fn start(program: &Path) -> Rival {
-        let mut process =
-            Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the CGAL program runs");
-        let requests = process.stdin.take().expect("piped");
-        let answers = BufReader::new(process.stdout.take().expect("piped"));
-        Rival { _process: process, requests, answers }
-    }
-
-    /// Nanoseconds and number of tets.
-    fn ask(&mut self, verb: &str, file: &Path, argument: &str) -> (f64, usize) {
-        writeln!(self.requests, "{verb} {} {argument}", file.display()).expect("CGAL listens");
-        self.requests.flush().expect("CGAL listens");
-        let mut line = String::new();
-        self.answers.read_line(&mut line).expect("CGAL answers");
-        let mut words = line.split_whitespace();
-        let mut number = || words.next().and_then(|w| w.parse::<f64>().ok()).expect("CGAL answers two numbers");
-        (number(), number() as usize)
-    }
-}
-
-fn write_points(points: &[DVec3], folder: &Path) -> PathBuf {
-    let path = folder.join("points");
-    let bytes: Vec<u8> = points.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes).collect();
-    std::fs::write(&path, bytes).expect("the temporary folder is writable");
-    path
 }
 
 fn median(times: &mut [f64]) -> f64 {

@@ -1,0 +1,9 @@
+#!/bin/sh
+# Times whole iterations, each beside CGAL's triangulation of the same seeds (see kernel_cgal.sh for what that needs).
+# bench/iteration.sh SURFACE [--seeds N] [--iterations K] [--last L] [--threads T]
+set -eu
+surface=$(realpath "$1")
+shift
+cd "$(dirname "$0")/.."
+cgal=$(sh bench/kernel_cgal.sh)
+exec cargo bench --quiet --bench iteration -- "$surface" --cgal "$cgal" "$@"
