@@ -137,7 +137,7 @@ enum Next {
 impl Imprint {
     fn new(surface: Surface) -> Imprint {
         let triangles = surface.triangles.clone();
-        let twin = edges::twins(&triangles);
+        let twin = surface.twins();
         let count = triangles.len();
         let mut at = vec![NONE; surface.points.len()];
         for (t, v) in (0..).zip(&triangles) {
@@ -431,6 +431,7 @@ impl Imprint {
             patch: of_whole(&surface.patch),
             shell: of_whole(&surface.shell),
             tree: BoxTree::build(&points, &triangles),
+            twins: edges::twins(&triangles),
             points,
             triangles,
             lines,
