@@ -1,5 +1,5 @@
 #!/bin/sh
-# Times whole iterations, each beside CGAL's triangulation of the same seeds (see kernel_cgal.sh for what that needs).
+# Times whole iterations, and CGAL's triangulation of the same seeds as well (see kernel_cgal.sh for what that needs).
 # bench/iteration.sh SURFACE [--seeds N] [--iterations K] [--last L] [--threads T]
 set -eu
 surface=$(realpath "$1")
