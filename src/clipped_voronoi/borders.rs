@@ -14,7 +14,7 @@
 use rayon::prelude::*;
 
 use super::SEEDS;
-use super::owners::count;
+use super::groups::Groups;
 use super::surface_pieces::Scene;
 use super::walls::{LANES, Lanes, Walls, get, in_triangle, on_edge, set};
 
@@ -214,40 +214,19 @@ pub(super) struct Triangle {
 }
 
 /// Edges and triangles, by seed.
+#[derive(Default)]
 pub(super) struct Shared {
-    edges: Grouped<Edge>,
-    triangles: Grouped<Triangle>,
+    edges: Groups<Edge>,
+    triangles: Groups<Triangle>,
 }
 
 impl Shared {
     /// Of lists in any order, over so many seeds.
     pub(super) fn new(edges: &[Edge], triangles: &[Triangle], seeds: usize) -> Shared {
-        Shared { edges: Grouped::new(edges, seeds, |e| e.seed), triangles: Grouped::new(triangles, seeds, |t| t.seed) }
-    }
-}
-
-/// Items by seed.
-struct Grouped<T> {
-    /// Where those of each begin.
-    first: Vec<u32>,
-    items: Vec<T>,
-}
-
-impl<T: Copy> Grouped<T> {
-    fn new(list: &[T], seeds: usize, of: impl Fn(&T) -> u32) -> Grouped<T> {
-        let mut first = Vec::new();
-        count(&mut first, seeds, list.iter().map(&of));
-        let mut items = list.to_vec();
-        for item in list.iter().rev() {
-            let place = &mut first[of(item) as usize];
-            *place -= 1;
-            items[*place as usize] = *item;
-        }
-        Grouped { first, items }
-    }
-
-    fn of(&self, seed: u32) -> &[T] {
-        &self.items[self.first[seed as usize] as usize..self.first[seed as usize + 1] as usize]
+        let mut shared = Shared::default();
+        shared.edges.set(seeds, edges.iter().map(|e| (e.seed, *e)));
+        shared.triangles.set(seeds, triangles.iter().map(|t| (t.seed, *t)));
+        shared
     }
 }
 

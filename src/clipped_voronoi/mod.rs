@@ -38,6 +38,8 @@ mod crossings;
 
 mod expansion;
 
+mod groups;
+
 mod net;
 
 mod outline;

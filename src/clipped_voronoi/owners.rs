@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::SEEDS;
+use super::groups::Groups;
 use super::planes::Planes;
 use super::polygon::owner;
 use crate::delaunay::Adjacency;
@@ -15,10 +16,8 @@ const BLOCK: usize = 1024;
 #[derive(Default)]
 pub(super) struct Owners {
     of: Vec<u32>,
-    /// For each seed, where its vertices begin.
-    first: Vec<u32>,
     /// Vertices by owner, ascending for each.
-    vertices: Vec<u32>,
+    vertices: Groups<u32>,
 }
 
 impl Owners {
@@ -27,15 +26,10 @@ impl Owners {
         &self.of
     }
 
-    /// The vertices that seed `i` owns.
-    pub(super) fn vertices_of(&self, i: usize) -> &[u32] {
-        &self.vertices[self.first[i] as usize..self.first[i + 1] as usize]
-    }
-
     /// Follows the seeds, `points`, to where they are now, for vertices `at` their places; owners of the last time are the first
     /// guess.
     pub(super) fn update(&mut self, at: &[DVec3], points: &[DVec3], adjacency: &Adjacency, arch: pulp::Arch) {
-        if self.of.len() == at.len() && self.first.len() == points.len() + 1 {
+        if self.of.len() == at.len() && self.vertices.count() == Some(points.len()) {
             let changes = self.verify(at, points, adjacency, arch);
             if changes.is_empty() {
                 return;
@@ -44,7 +38,7 @@ impl Owners {
         } else {
             self.search(at, points, adjacency);
         }
-        self.group(points.len());
+        self.vertices.set(points.len(), self.of.iter().enumerate().map(|(v, &i)| (i, v as u32)));
     }
 
     /// The vertices that have another owner than before.
@@ -54,7 +48,7 @@ impl Owners {
             .map_init(Planes::default, |planes, block| {
                 let mut changes = Vec::new();
                 for i in block * SEEDS..((block + 1) * SEEDS).min(points.len()) {
-                    let own = self.vertices_of(i);
+                    let own = self.vertices.of(i as u32);
                     if own.is_empty() {
                         continue;
                     }
@@ -83,27 +77,5 @@ impl Owners {
                 last = *mine;
             }
         });
-    }
-
-    /// Brings the vertices into the order of their owners.
-    fn group(&mut self, seeds: usize) {
-        count(&mut self.first, seeds, self.of.iter().copied());
-        self.vertices.resize(self.of.len(), 0);
-        for (v, &i) in self.of.iter().enumerate().rev() {
-            self.first[i as usize] -= 1;
-            self.vertices[self.first[i as usize] as usize] = v as u32;
-        }
-    }
-}
-
-/// For each of `keys` keys, where its items end in a list of them by key: filling from the back turns that into where they begin.
-pub(super) fn count(ends: &mut Vec<u32>, keys: usize, of: impl Iterator<Item = u32>) {
-    ends.clear();
-    ends.resize(keys + 1, 0);
-    of.for_each(|key| ends[key as usize] += 1);
-    let mut end = 0;
-    for e in ends {
-        end += *e;
-        *e = end;
     }
 }

@@ -18,7 +18,7 @@
 use super::cell::Sums;
 use super::crossings::FACET;
 use super::voronoi_edges::{Edges, MOMENTS, interval};
-use crate::geometry::triples::{cross, dot, minus};
+use crate::geometry::triples::{cross, dot, greater, minus};
 
 /// Tets that are added at once.
 const LANES: usize = 8;
@@ -192,10 +192,10 @@ fn shares([a, b, c, d]: [[f64; 3]; 4], weights: [f64; 4]) -> ([[f64; MOMENTS]; 4
         ),
     ];
 
-    let longest = most(most(most(ab, ac), most(ad, bc)), most(bd, cd));
-    let least = -most(most(-fa.area2, -fb.area2), most(-fc.area2, -fd.area2));
+    let longest = greater(greater(greater(ab, ac), greater(ad, bc)), greater(bd, cd));
+    let least = -greater(greater(-fa.area2, -fb.area2), greater(-fc.area2, -fd.area2));
     let square = longest * longest;
-    (parts, -most(FLAT * square - least, FLAT * square * longest - volume6 * volume6))
+    (parts, -greater(FLAT * square - least, FLAT * square * longest - volume6 * volume6))
 }
 
 /// Whether a number of [`shares`] says so.
@@ -203,11 +203,6 @@ fn shares([a, b, c, d]: [[f64; 3]; 4], weights: [f64; 4]) -> ([[f64; MOMENTS]; 4
 fn is_flat(clearance: f64) -> bool {
     // Of a tet whose volume rounds to 0 it may be no number.
     clearance <= 0.0 || clearance.is_nan()
-}
-
-#[inline(always)]
-fn most(x: f64, y: f64) -> f64 {
-    if x > y { x } else { y }
 }
 
 /// A facet of a tet.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::bisector::VAGUE;
 use super::surface_pieces::Scene;
-use crate::geometry::triples::{cross, dot, minus};
+use crate::geometry::triples::{cross, dot, greater, minus};
 
 /// Neighbours, or points, that are dealt with at once.
 pub(super) const LANES: usize = 8;
@@ -206,11 +206,6 @@ fn value(p: [f64; 3], other: [f64; 3]) -> (f64, f64) {
 #[inline(always)]
 fn is_short(edge: [f64; 3], other: [f64; 3]) -> bool {
     dot(edge, edge) <= LONG * LONG * dot(other, other)
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Puts a vector into lane `l`.

@@ -13,6 +13,12 @@ pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// The greater of two numbers, without the care for what is no number that `f64::max` takes.
+#[inline(always)]
+pub fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// The difference.
 #[inline(always)]
 pub fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
