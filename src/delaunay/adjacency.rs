@@ -10,8 +10,8 @@ const BLOCK: usize = 8192;
 /// Vertices in a block.
 const ROWS: usize = 1024;
 
-/// If more than one in so many vertices has lost or gained tets, all is built anew.
-const DIRTY: usize = 2;
+/// If more than one in so many tets is new, all is built anew.
+const MANY: usize = 2;
 
 /// For each vertex, its finite Delaunay neighbours, ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,6 +39,9 @@ impl Adjacency {
 }
 
 /// The adjacency of a triangulation that changes from one call to the next in a few places: only there it is built anew.
+///
+/// An edge of a tet that is gone belongs to one that is new, or to none: where tets are replaced, those beside them, which stay,
+/// share facets with both. So the tets that come and go say all.
 #[derive(Default)]
 pub struct Follower {
     adjacency: Adjacency,
@@ -50,10 +53,10 @@ impl Follower {
     /// The same as [`Delaunay::adjacency`], of the first `count` vertices among themselves.
     pub fn follow(&mut self, delaunay: &Delaunay, count: usize) -> &Adjacency {
         let new = delaunay.vertices();
-        let dirty = (self.adjacency.offsets.len() == count + 1).then(|| self.dirty(new, count)).flatten();
-        match dirty {
-            Some(dirty) if dirty.list.is_empty() => {}
-            Some(dirty) => self.adjacency = self.adjacency.with_rows(&dirty, new),
+        let changes = (self.adjacency.offsets.len() == count + 1).then(|| self.changes(new, count)).flatten();
+        match changes {
+            Some(changes) if changes.dirty.is_empty() => {}
+            Some(changes) => self.adjacency = self.adjacency.with(&changes),
             None => self.adjacency = all_rows(new, count),
         }
         self.vertices.clear();
@@ -61,76 +64,101 @@ impl Follower {
         &self.adjacency
     }
 
-    /// The vertices of all tets that are not in both lists at the same place; none if there are many.
-    fn dirty(&self, new: &[[u32; 4]], count: usize) -> Option<Dirty> {
-        let common = self.vertices.len().min(new.len());
-        let changed = |block: usize| {
-            let places = block * BLOCK..common.min((block + 1) * BLOCK);
-            let (old, new) = (&self.vertices[places.clone()], &new[places.clone()]);
-            places.zip(old.iter().zip(new)).filter(|(_, (a, b))| a != b).map(|(t, _)| t).collect::<Vec<usize>>()
-        };
-        let changed: Vec<Vec<usize>> = (0..common.div_ceil(BLOCK)).into_par_iter().map(changed).collect();
-        let mut dirty = Dirty { rank: vec![CLEAN; count], list: Vec::new() };
-        for &t in changed.iter().flatten() {
-            dirty.add(self.vertices[t]);
-            dirty.add(new[t]);
+    /// What changed in the lists of tets, if it is little.
+    fn changes(&self, new: &[[u32; 4]], count: usize) -> Option<Changes> {
+        let (gone, come) = at_same_places(&self.vertices, new);
+        if come.len() * MANY > new.len() {
+            return None;
         }
-        self.vertices[common..].iter().chain(&new[common..]).for_each(|&tet| dirty.add(tet));
-        (dirty.list.len() * DIRTY <= count).then_some(dirty)
+        let mut changes = Changes { gone, come, rank: vec![CLEAN; count], dirty: Vec::new() };
+        changes.rank_vertices();
+        Some(changes)
     }
+}
+
+/// Tets that are not in both lists at the same place: of the one, and of the other.
+fn at_same_places(old: &[[u32; 4]], new: &[[u32; 4]]) -> (Vec<[u32; 4]>, Vec<[u32; 4]>) {
+    let common = old.len().min(new.len());
+    let blocks = old[..common].par_chunks(BLOCK).zip(new[..common].par_chunks(BLOCK));
+    let differ = |(old, new): (&[[u32; 4]], &[[u32; 4]])| -> (Vec<_>, Vec<_>) {
+        let pairs = old.iter().zip(new).filter(|(a, b)| a != b);
+        pairs.map(|(&a, &b)| (a, b)).unzip()
+    };
+    let (mut gone, mut come): (Vec<_>, Vec<_>) = blocks.map(differ).unzip();
+    gone.push(old[common..].to_vec());
+    come.push(new[common..].to_vec());
+    (gone.concat(), come.concat())
 }
 
 /// Rank of a vertex whose tets are the same as before.
 const CLEAN: u32 = u32::MAX;
 
-/// Vertices whose neighbours may have changed.
-struct Dirty {
-    /// For each vertex, its place in the list.
+/// What became of the tets.
+struct Changes {
+    /// Those that there were, and those that are in their stead.
+    gone: Vec<[u32; 4]>,
+    come: Vec<[u32; 4]>,
+    /// For each vertex, its place among those whose neighbours may have changed.
     rank: Vec<u32>,
-    list: Vec<u32>,
+    dirty: Vec<u32>,
 }
 
-impl Dirty {
-    /// Adds the vertices of a tet.
-    fn add(&mut self, tet: [u32; 4]) {
-        for v in tet {
-            if (v as usize) < self.rank.len() && self.rank[v as usize] == CLEAN {
-                self.rank[v as usize] = self.list.len() as u32;
-                self.list.push(v);
+impl Changes {
+    /// Finds these vertices.
+    fn rank_vertices(&mut self) {
+        let Changes { gone, come, rank, dirty } = self;
+        for &v in gone.iter().chain(come.iter()).flatten() {
+            if (v as usize) < rank.len() && rank[v as usize] == CLEAN {
+                rank[v as usize] = dirty.len() as u32;
+                dirty.push(v);
             }
         }
-    }
-
-    /// The ranks of a tet's vertices.
-    fn ranks(&self, tet: &[u32; 4]) -> [u32; 4] {
-        tet.map(|v| self.rank.get(v as usize).copied().unwrap_or(CLEAN))
     }
 }
 
 impl Adjacency {
-    /// A copy with the rows of `dirty` vertices made anew from all tets.
-    fn with_rows(&self, dirty: &Dirty, tets: &[[u32; 4]]) -> Adjacency {
-        // 1. The tets with a dirty vertex.
-        let touched: Vec<Vec<[u32; 4]>> = tets
-            .par_chunks(BLOCK)
-            .map(|tets| tets.iter().filter(|tet| dirty.ranks(tet) != [CLEAN; 4]).copied().collect())
-            .collect();
-        let touched = touched.concat();
-        // 2. The neighbours of dirty vertices.
-        let new = rows(&touched, dirty.rank.len(), &dirty.list, |v| dirty.rank[v as usize]);
-        // 3. All rows, one after another.
+    /// A copy that follows some changes.
+    fn with(&self, changes: &Changes) -> Adjacency {
+        let Changes { gone, come, rank, dirty } = changes;
+        // 1. At vertices where tets changed, the neighbours that are in none that is gone, and those in tets that have come.
+        let [gone, come] = [gone, come].map(|tets| rows(tets, rank.len(), dirty, |v| rank[v as usize]));
+        let of_block = |block: usize| {
+            let ranks = block * ROWS..((block + 1) * ROWS).min(dirty.len());
+            let (mut row_ends, mut met) = (Vec::with_capacity(ROWS), Vec::with_capacity(20 * ROWS));
+            for r in ranks {
+                append_changed(&mut met, self.of(dirty[r] as usize), gone.of(r), come.of(r));
+                row_ends.push(met.len() as u32);
+            }
+            (row_ends, met)
+        };
+        let new = joined((0..dirty.len().div_ceil(ROWS)).into_par_iter().map(of_block).collect());
+        // 2. All rows, one after another.
         let mut all = Adjacency {
             offsets: Vec::with_capacity(self.offsets.len()),
             neighbors: Vec::with_capacity(self.neighbors.len() + new.neighbors.len()),
         };
         all.offsets.push(0);
-        for (v, &rank) in dirty.rank.iter().enumerate() {
+        for (v, &rank) in rank.iter().enumerate() {
             let row = if rank == CLEAN { self.of(v) } else { new.of(rank as usize) };
             all.neighbors.extend_from_slice(row);
             all.offsets.push(all.neighbors.len() as u32);
         }
         all
     }
+}
+
+/// Appends those of `row` that are not `gone`, and those that have `come`, which are none of the others; all ascending.
+fn append_changed(met: &mut Vec<u32>, row: &[u32], gone: &[u32], come: &[u32]) {
+    let (mut gone, mut come) = (gone.iter().peekable(), come.iter().peekable());
+    for &w in row {
+        while let Some(&before) = come.next_if(|&&c| c < w) {
+            met.push(before);
+        }
+        if gone.next_if_eq(&&w).is_none() {
+            met.push(w);
+        }
+    }
+    met.extend(come);
 }
 
 impl Delaunay {
@@ -189,7 +217,15 @@ fn rows(tets: &[[u32; 4]], count: usize, wanted: &[u32], rank: impl Fn(u32) -> u
     let blocks: Vec<(Vec<u32>, Vec<u32>)> =
         (0..wanted.len().div_ceil(ROWS)).into_par_iter().map_init(|| vec![CLEAN; count + 1], of_block).collect();
     // 3. One after another.
-    let mut all = Adjacency { offsets: Vec::with_capacity(wanted.len() + 1), neighbors: Vec::new() };
+    joined(blocks)
+}
+
+/// The rows of blocks, each where its rows end, one after another.
+fn joined(blocks: Vec<(Vec<u32>, Vec<u32>)>) -> Adjacency {
+    let mut all = Adjacency {
+        offsets: Vec::with_capacity(blocks.iter().map(|b| b.0.len()).sum::<usize>() + 1),
+        neighbors: Vec::new(),
+    };
     all.offsets.push(0);
     all.neighbors.reserve_exact(blocks.iter().map(|b| b.1.len()).sum());
     for (row_ends, met) in blocks {
@@ -234,7 +270,7 @@ mod tests {
                 }
                 delaunay.relocate(&points).expect("distinct points");
                 let known = follower.adjacency.offsets.len() == count + 1;
-                in_part += usize::from(known && follower.dirty(delaunay.vertices(), count).is_some());
+                in_part += usize::from(known && follower.changes(delaunay.vertices(), count).is_some());
                 let expected = all_rows(delaunay.vertices(), count);
                 assert_eq!(*follower.follow(&delaunay, count), expected, "{count} of them, round {round}");
                 if count == points.len() {
