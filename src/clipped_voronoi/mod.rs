@@ -34,6 +34,8 @@ mod cell;
 
 mod circumcenters;
 
+mod crossed_tets;
+
 mod crossings;
 
 mod expansion;
@@ -81,6 +83,7 @@ mod winding;
 pub use cell::Cell;
 pub use polyhedra::Polyhedra;
 
+use crossed_tets::CrossedTets;
 use crossings::Crossings;
 use owners::Owners;
 use sheet::Sheet;
@@ -203,7 +206,8 @@ impl<'a> Clipper<'a> {
         let outer = outer_crossings(self.sheet.surface, &crossings);
         let by_facet = Crossings::new(&outer, delaunay.points().len());
         self.winding.update(delaunay, &by_facet);
-        let Winding { of_tets: winding, marks, crossed, .. } = &self.winding;
+        let Winding { of_tets: winding, crossed, .. } = &self.winding;
+        let CrossedTets { marks, tets: crossed, .. } = crossed;
         let edges = Edges { delaunay, crossings: &by_facet, marks, crossed, winding, arch };
         match (&self.sizing, weights) {
             (Some(sizing), Some(weights)) => {

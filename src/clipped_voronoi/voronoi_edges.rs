@@ -20,9 +20,10 @@ use rayon::prelude::*;
 use super::Crossing;
 use super::cell::{Cell, Sums};
 use super::circumcenters::circumcenter;
+use super::crossed_tets::{Crossed, NOWHERE};
 use super::crossings::{Crossings, FACET};
 use super::tet_shares::Shares;
-use super::winding::Crossed;
+
 use crate::delaunay::Delaunay;
 use crate::geometry::triples::{cross, dot, minus};
 
@@ -34,9 +35,9 @@ const BLOCK: usize = 8192;
 pub(super) struct Edges<'a> {
     pub(super) delaunay: &'a Delaunay,
     pub(super) crossings: &'a Crossings<'a>,
-    /// See [`Winding`](super::winding::Winding).
+    /// See [`CrossedTets`](super::crossed_tets::CrossedTets).
     pub(super) marks: &'a [u8],
-    /// See [`Winding`](super::winding::Winding).
+    /// See [`CrossedTets`](super::crossed_tets::CrossedTets).
     pub(super) crossed: &'a [Crossed],
     pub(super) winding: &'a [i32],
     pub(super) arch: pulp::Arch,
@@ -165,8 +166,7 @@ impl Edges<'_> {
         let t = crossed.tet as usize;
         let winding = self.winding[t];
         let center = if winding != 0 { self.center(t) } else { DVec3::ZERO };
-        for (f, first) in crossed.first.into_iter().enumerate() {
-            let Some(first) = first else { continue };
+        for (f, first) in crossed.first.into_iter().enumerate().filter(|f| f.1 != NOWHERE) {
             let facet = FACET[f].map(|v| self.delaunay.vertices()[t][v]);
             let (crossings, even) = self.crossings.from(first, facet);
             let (base, at_base) = (crossings[0].point, measure.at_crossing(&crossings[0]));

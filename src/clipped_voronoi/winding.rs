@@ -7,7 +7,8 @@
 
 use rayon::prelude::*;
 
-use super::crossings::{Crossings, FACET, entered};
+use super::crossed_tets::CrossedTets;
+use super::crossings::Crossings;
 use crate::delaunay::Delaunay;
 
 /// Tets that one thread looks at in a row.
@@ -24,27 +25,10 @@ const UNKNOWN: i32 = i32::MIN;
 #[derive(Default)]
 pub(super) struct Winding {
     pub(super) of_tets: Vec<i32>,
-    /// For each tet, a bit for each of its facets whose dual edge crosses these shells.
-    pub(super) marks: Vec<u8>,
-    /// The tets that have such facets, in their order.
-    pub(super) crossed: Vec<Crossed>,
+    /// The tets with facets whose dual edges cross these shells.
+    pub(super) crossed: CrossedTets,
     /// For each seed that no crossing touches, the winding around it.
     of_seeds: Vec<i32>,
-}
-
-/// A tet with facets whose dual edges cross the shells.
-#[derive(Clone, Copy)]
-pub(super) struct Crossed {
-    pub(super) tet: u32,
-    /// For each facet that does, where its crossings begin.
-    pub(super) first: [Option<u32>; 4],
-}
-
-/// A tet of which fewer than two corners are known.
-struct Open {
-    tet: u32,
-    /// What the winding changes by from the tet across each facet to this one.
-    entered: [i32; 4],
 }
 
 /// Ways to the same circumcentre disagree.
@@ -76,14 +60,15 @@ impl Winding {
             }
         }
         // 1. Tets with an infinite vertex, or with one that is known.
-        let open = self.begin(delaunay, crossings)?;
+        let open = self.begin(vertices)?;
+        self.crossed.follow(delaunay, crossings, &open);
         // 2. The others, across their facets: most have a tet beside them that is known.
-        let mut unknown: Vec<&Open> = open.iter().filter(|o| self.of_tets[o.tet as usize] == UNKNOWN).collect();
-        let found = unknown.iter().map(|o| o.tet).collect::<Vec<u32>>();
+        let mut unknown: Vec<u32> = open.iter().copied().filter(|&t| self.of_tets[t as usize] == UNKNOWN).collect();
+        let found = unknown.clone();
         for _ in 0..LOOKS {
-            unknown.retain(|o| !self.look_beside(delaunay, o));
+            unknown.retain(|&t| !self.look_beside(delaunay, t));
         }
-        self.spread(delaunay, crossings, &unknown.iter().map(|o| o.tet).collect::<Vec<u32>>());
+        self.spread(delaunay, &unknown);
         for t in found {
             for v in vertices[t as usize] {
                 if !crossings.touches(v) {
@@ -92,71 +77,52 @@ impl Winding {
             }
         }
         // 3. Facets without a corner that was known.
-        let agrees = |&Open { tet, entered }: &Open| {
-            let beyond = delaunay.neighbors()[tet as usize].map(|n| self.of_tets[n.tet() as usize]);
-            (0..4).all(|f| beyond[f] + entered[f] == self.of_tets[tet as usize])
+        let agrees = |&t: &u32| {
+            let beyond = delaunay.neighbors()[t as usize].map(|n| self.of_tets[n.tet() as usize]);
+            let entered = self.crossed.entered(t);
+            (0..4).all(|f| beyond[f] + entered[f] == self.of_tets[t as usize])
         };
         if open.par_iter().with_min_len(BLOCK).all(agrees) { Ok(()) } else { Err(NotClosed) }
     }
 
-    /// Finds the windings of tets with a corner that is known, and the marks; those with at most one such.
-    fn begin(&mut self, delaunay: &Delaunay, crossings: &Crossings) -> Result<Vec<Open>, NotClosed> {
-        let vertices = delaunay.vertices();
+    /// Finds the windings of tets with a corner that is known; those with at most one such, in their order.
+    fn begin(&mut self, vertices: &[[u32; 4]]) -> Result<Vec<u32>, NotClosed> {
         let of_seeds = &self.of_seeds;
         self.of_tets.resize(vertices.len(), UNKNOWN);
-        self.marks.clear();
-        self.marks.resize(vertices.len(), 0);
-        let blocks = self.of_tets.par_chunks_mut(BLOCK).zip(self.marks.par_chunks_mut(BLOCK));
-        let parts: Vec<(Vec<Open>, Vec<Crossed>)> = blocks
-            .zip(vertices.par_chunks(BLOCK))
-            .enumerate()
-            .map(|(block, ((windings, marks), tets))| {
-                let (mut open, mut crossed) = (Vec::new(), Vec::new());
-                let mut agreed = true;
-                for (k, tet) in tets.iter().enumerate() {
-                    // All is outside around the infinite vertex.
-                    let known = tet.map(|v| of_seeds.get(v as usize).copied().unwrap_or(0));
-                    // Windings are far above UNKNOWN.
-                    let winding = known.into_iter().fold(UNKNOWN, i32::max);
-                    windings[k] = winding;
-                    agreed &= known.iter().fold(true, |all, &w| all & ((w == winding) | (w == UNKNOWN)));
-                    if known.iter().map(|&w| u32::from(w == UNKNOWN)).sum::<u32>() >= 3 {
-                        let (id, first) = ((block * BLOCK + k) as u32, crossings.of_tet(tet));
-                        let entered = [0, 1, 2, 3].map(|f| {
-                            first[f].map_or(0, |first| entered(crossings.from(first, FACET[f].map(|v| tet[v]))))
-                        });
-                        open.push(Open { tet: id, entered });
-                        if first != [None; 4] {
-                            marks[k] = (0..4).fold(0, |marks, f| marks | u8::from(first[f].is_some()) << f);
-                            crossed.push(Crossed { tet: id, first });
-                        }
-                    }
-                }
-                if agreed { Ok((open, crossed)) } else { Err(NotClosed) }
-            })
-            .collect::<Result<_, NotClosed>>()?;
-        let (open, crossed): (Vec<Vec<Open>>, Vec<Vec<Crossed>>) = parts.into_iter().unzip();
-        self.crossed = crossed.concat();
-        Ok(open.into_iter().flatten().collect())
+        let blocks = self.of_tets.par_chunks_mut(BLOCK).zip(vertices.par_chunks(BLOCK));
+        let of_block = |(block, (windings, tets)): (usize, (&mut [i32], &[[u32; 4]]))| {
+            // What a tet is is hard to predict, and written in any case.
+            let mut open = vec![0; tets.len() + 1];
+            let (mut agreed, mut count) = (true, 0);
+            for (k, tet) in tets.iter().enumerate() {
+                // All is outside around the infinite vertex.
+                let known = tet.map(|v| of_seeds.get(v as usize).copied().unwrap_or(0));
+                // Windings are far above UNKNOWN.
+                let winding = known.into_iter().fold(UNKNOWN, i32::max);
+                windings[k] = winding;
+                agreed &= known.iter().fold(true, |all, &w| all & ((w == winding) | (w == UNKNOWN)));
+                open[count] = (block * BLOCK + k) as u32;
+                count += usize::from(known.iter().map(|&w| u32::from(w == UNKNOWN)).sum::<u32>() >= 3);
+            }
+            open.truncate(count);
+            if agreed { Ok(open) } else { Err(NotClosed) }
+        };
+        let open: Vec<Vec<u32>> = blocks.enumerate().map(of_block).collect::<Result<_, NotClosed>>()?;
+        Ok(open.concat())
     }
 
     /// Finds the winding of a tet from one beside it, if that of any is known; whether it is.
-    fn look_beside(&mut self, delaunay: &Delaunay, open: &Open) -> bool {
-        let beyond = delaunay.neighbors()[open.tet as usize].map(|n| self.of_tets[n.tet() as usize]);
+    fn look_beside(&mut self, delaunay: &Delaunay, t: u32) -> bool {
+        let beyond = delaunay.neighbors()[t as usize].map(|n| self.of_tets[n.tet() as usize]);
         let Some(f) = (0..4).find(|&f| beyond[f] != UNKNOWN) else { return false };
-        self.of_tets[open.tet as usize] = beyond[f] + open.entered[f];
+        self.of_tets[t as usize] = beyond[f] + self.crossed.entered(t)[f];
         true
     }
 
     /// Finds the windings of `unknown` tets from those next to them.
-    fn spread(&mut self, delaunay: &Delaunay, crossings: &Crossings, unknown: &[u32]) {
-        let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
-        let (winding, marks) = (&mut self.of_tets, &self.marks);
-        // The winding of the tet across facet f of tet t, and of t from that.
-        let entered_by = |t: u32, f: usize| {
-            let crossed = marks[t as usize] >> f & 1 == 1;
-            if crossed { crossings.entered(FACET[f].map(|v| vertices[t as usize][v])) } else { 0 }
-        };
+    fn spread(&mut self, delaunay: &Delaunay, unknown: &[u32]) {
+        let neighbors = delaunay.neighbors();
+        let (winding, crossed) = (&mut self.of_tets, &self.crossed);
         let mut stack: Vec<u32> = Vec::new();
         for &start in unknown {
             if winding[start as usize] != UNKNOWN {
@@ -164,14 +130,14 @@ impl Winding {
             }
             let mut sources = (0..4).map(|f| (f, winding[neighbors[start as usize][f].tet() as usize]));
             let Some((f, beyond)) = sources.find(|s| s.1 != UNKNOWN) else { continue };
-            // From the neighbour to t the dual edge runs along (q - p) x (r - p).
-            winding[start as usize] = beyond + entered_by(start, f);
+            winding[start as usize] = beyond + crossed.entered(start)[f];
             stack.push(start);
             while let Some(t) = stack.pop() {
-                for (f, facet) in neighbors[t as usize].iter().enumerate() {
+                let entered = crossed.entered(t);
+                for (facet, entered) in neighbors[t as usize].iter().zip(entered) {
                     let n = facet.tet();
                     if winding[n as usize] == UNKNOWN {
-                        winding[n as usize] = winding[t as usize] - entered_by(t, f);
+                        winding[n as usize] = winding[t as usize] - entered;
                         stack.push(n);
                     }
                 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Key, Segment};
-use crate::clipped_voronoi::crossings::{Crossings, FACET};
+use crate::clipped_voronoi::crossings::{Crossings, FACET, Finder};
 use crate::clipped_voronoi::{ClippedVoronoi, Crossing, outer_crossings};
 use crate::delaunay::{Delaunay, INFINITE};
 use crate::surface::Surface;
@@ -13,15 +13,17 @@ pub(super) fn of_edges(delaunay: &Delaunay, surface: &Surface, clipped: &Clipped
     let (vertices, neighbors) = (delaunay.vertices(), delaunay.neighbors());
     let outer = outer_crossings(surface, &clipped.crossings);
     let crossings = Crossings::new(&outer, delaunay.points().len());
+    let finder = Finder::new(crossings.facets(), 0..crossings.facets().len() as u32);
     let of_tet = |t: usize| {
-        let crossings = &crossings;
+        let (crossings, finder) = (&crossings, &finder);
         (0..4).flat_map(move |f| {
             let n = neighbors[t][f].tet() as usize;
             let facet = FACET[f].map(|v| vertices[t][v]);
             let mut found = Vec::new();
             // Each edge once, from the neighbour to t.
             if t < n && !facet.contains(&INFINITE) {
-                let (own, even) = crossings.of(facet);
+                let found_at = finder.find(facet).map(|n| crossings.facets()[n as usize].first);
+                let (own, even) = found_at.map_or((&[][..], true), |first| crossings.from(first, facet));
                 let ends = [n, t].map(|t| clipped.inside[t].then_some(Key::Center(t as u32)));
                 for [from, to] in intervals(delaunay, facet, ends, own, even) {
                     found.extend([0, 1, 2].map(|side| segment(facet[side], facet[(side + 1) % 3], from, to)));
