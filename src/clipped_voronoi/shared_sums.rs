@@ -272,22 +272,16 @@ impl Shared<2> for Two {
 impl Shared<3> for Three {
     #[inline(always)]
     fn moments(number: impl Fn(usize) -> f64) -> [[f64; NUMBERS]; 3] {
-        let (corners, plane) = corners(&number);
-        let (x, weights) = meeting(&number, corners);
-        let places = [0, 1, 2].map(|n| number(PLACES + n));
-        let on_edges = [0, 1, 2].map(|n| corners[n].to(corners[(n + 1) % 3], places[n]));
-        let [second, third] = others(&number);
-        let seeds = [[0.0; 3], second, third];
-        [0, 1, 2].map(|n| {
-            let (next, last) = ((n + 1) % 3, (n + 2) % 3);
-            let [corner, out, x, back] = [corners[n], on_edges[n], x, on_edges[last]].map(|p| p.from(seeds[n]));
-            let piece = plus(
-                plane.piece([corner, out, x], places[n] * weights[last]),
-                plane.piece([corner, x, back], (1.0 - places[last]) * weights[next]),
-            );
-            let piece = plane.with_cut(piece, minus(seeds[next], seeds[n]), [out, x]);
-            plane.with_cut(piece, minus(seeds[last], seeds[n]), [x, back])
-        })
+        let ([a, b, c], plane) = corners(&number);
+        let (x, [wa, wb, wc]) = meeting(&number, [a, b, c]);
+        let [at_q, at_s, at_r] = [0, 1, 2].map(|n| number(PLACES + n));
+        let (q, s, r) = (a.to(b, at_q), b.to(c, at_s), c.to(a, at_r));
+        let (first, [second, third]) = ([0.0; 3], others(&number));
+        [
+            plane.around([a, q, x, r], [at_q * wc, (1.0 - at_r) * wb], [first, second, third]),
+            plane.around([b, s, x, q], [at_s * wa, (1.0 - at_q) * wc], [second, third, first]),
+            plane.around([c, r, x, s], [at_r * wb, (1.0 - at_s) * wa], [third, first, second]),
+        ]
     }
 }
 
@@ -362,6 +356,15 @@ impl Plane {
             moment(2),
             area * mass / 3.0,
         ]
+    }
+
+    /// What is around a corner of three: from it to the place on the next edge, to X, and to the place on the edge before; with
+    /// the shares of the two triangles that these make. Seeds are that of the corner, the next, and the one before.
+    #[inline(always)]
+    fn around(self, corners: [Place; 4], shares: [f64; 2], [seed, next, last]: [[f64; 3]; 3]) -> [f64; NUMBERS] {
+        let [corner, out, x, back] = corners.map(|p| p.from(seed));
+        let piece = plus(self.piece([corner, out, x], shares[0]), self.piece([corner, x, back], shares[1]));
+        self.with_cut(self.with_cut(piece, minus(next, seed), [out, x]), minus(last, seed), [x, back])
     }
 
     /// A piece with its cut segment from `q` to `r`, on the bisector of the seed at 0 and the one at `other`: see
