@@ -21,7 +21,7 @@ use super::walls::{LANES, Lanes, Walls, get, in_triangle, on_edge, set};
 /// Edges that one thread looks at in a row.
 const BLOCK: usize = 256;
 
-/// No meeting in a triangle.
+/// No meeting in a triangle, no passage of an edge.
 const NONE: u32 = u32::MAX;
 
 /// What was proven.
@@ -29,8 +29,10 @@ pub(super) struct Borders {
     /// For each edge, where the cells of its ends' owners part it: 0 at the vertex with the lesser number, 1 at the other; NaN
     /// where that is not proven.
     places: Vec<f64>,
-    /// Edges through a third cell, by number.
+    /// Edges through a third cell.
     passages: Vec<Passage>,
+    /// For each edge, its place among these, if it is one.
+    of_edges: Vec<u32>,
     /// For each triangle, its place among the meetings, if it has one.
     of_triangles: Vec<u32>,
     meetings: Vec<Meeting>,
@@ -85,6 +87,7 @@ impl Borders {
         let mut borders = Borders {
             places: vec![f64::NAN; net.edges()],
             passages: Vec::new(),
+            of_edges: vec![NONE; net.edges()],
             of_triangles: vec![NONE; scene.sheet.triangles.len()],
             meetings: Vec::with_capacity(parts.iter().map(|p| p.meetings.len()).sum()),
         };
@@ -98,6 +101,9 @@ impl Borders {
             open.append(&mut more);
         }
         borders.passages = passages(scene, &open);
+        for (n, passage) in (0..).zip(&borders.passages) {
+            borders.of_edges[passage.edge as usize] = n;
+        }
         borders
     }
 
@@ -128,8 +134,8 @@ impl Borders {
             }
             let (place, forward) = (self.places[edges[c] as usize], corners[c] < corners[next]);
             ways[c] = if place.is_nan() {
-                let passage = self.passages.binary_search_by_key(&edges[c], |p| p.edge).ok()?;
-                let Passage { cell, places: [a, b], .. } = self.passages[passage];
+                let &Passage { cell, places: [a, b], .. } =
+                    self.passages.get(self.of_edges[edges[c] as usize] as usize)?;
                 Way::Through(cell, if forward { [a, b] } else { [1.0 - b, 1.0 - a] })
             } else {
                 Way::Across(if forward { place } else { 1.0 - place })
@@ -170,9 +176,7 @@ fn passages(scene: Scene, open: &[Open]) -> Vec<Passage> {
         .par_chunks(BLOCK)
         .map_init(<[Walls; 2]>::default, |walls, open| open.iter().filter_map(|edge| through(walls, edge)).collect())
         .collect();
-    let mut passages = found.concat();
-    passages.sort_unstable_by_key(|p| p.edge);
-    passages
+    found.concat()
 }
 
 /// Where the cell of the owner of corner `c` of triangle `t` meets those of two others in it, these three counter-clockwise.
