@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use super::SEEDS;
 use super::groups::Groups;
+use super::seen::{Edge, Seen, Triangle};
 use super::surface_pieces::Scene;
 use super::walls::{LANES, Lanes, Walls, get, in_triangle, on_edge, set};
 
@@ -202,21 +203,6 @@ struct Proofs {
     open: Vec<Open>,
 }
 
-/// An edge between vertices of two seeds, that of the lesser first.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Edge {
-    pub(super) seed: u32,
-    pub(super) id: u32,
-    pub(super) vertices: [u32; 2],
-}
-
-/// A triangle with the corners of three seeds, and the least of these.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Triangle {
-    pub(super) seed: u32,
-    pub(super) id: u32,
-}
-
 /// Edges and triangles, by seed.
 #[derive(Default)]
 pub(super) struct Shared {
@@ -225,11 +211,11 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Of lists in any order, over so many seeds.
-    pub(super) fn new(edges: &[Edge], triangles: &[Triangle], seeds: usize) -> Shared {
+    /// Of what is seen, over so many seeds.
+    pub(super) fn new(seen: &[Seen], seeds: usize) -> Shared {
         let mut shared = Shared::default();
-        shared.edges.set(seeds, edges.iter().map(|e| (e.seed, *e)));
-        shared.triangles.set(seeds, triangles.iter().map(|t| (t.seed, *t)));
+        shared.edges.set(seeds, seen.iter().map(|s| s.edges.iter().map(|e| (e.seed, *e))));
+        shared.triangles.set(seeds, seen.iter().map(|s| s.triangles.iter().map(|t| (t.seed, *t))));
         shared
     }
 }

@@ -1,6 +1,7 @@
 //! Moments of one cell, and their sums in an order that does not depend on the number of threads.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::sheet::{Face, Linear};
 use super::weighted;
@@ -176,4 +177,22 @@ impl<const N: usize> Sums<N> {
         }
         (std::mem::take(&mut self.seeds), std::mem::take(&mut self.found))
     }
+}
+
+/// Adds the sums of blocks, in their order, to the cells.
+pub(super) fn add_sums<const N: usize>(
+    cells: &mut [Cell],
+    blocks: &[(Vec<u32>, Vec<[f64; N]>)],
+    add: impl Fn(&mut Cell, [f64; N]) + Sync,
+) {
+    // Each thread looks at all of them, and adds those of its own seeds.
+    let size = cells.len().div_ceil(rayon::current_num_threads()).max(1);
+    cells.par_chunks_mut(size).enumerate().for_each(|(part, cells)| {
+        let first = part * size;
+        for (&i, &sums) in blocks.iter().flat_map(|(seeds, sums)| seeds.iter().zip(sums)) {
+            if let Some(cell) = cells.get_mut((i as usize).wrapping_sub(first)) {
+                add(cell, sums);
+            }
+        }
+    });
 }

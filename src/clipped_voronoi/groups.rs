@@ -9,22 +9,26 @@ pub(super) struct Groups<T> {
 }
 
 impl<T: Copy + Default> Groups<T> {
-    /// Puts `items`, each with its number below `count`, in the place of what was there.
-    pub(super) fn set<I>(&mut self, count: usize, items: I)
+    /// Puts the items of all `lists`, each with its number below `count`, in the place of what was there.
+    pub(super) fn set<I>(&mut self, count: usize, lists: impl DoubleEndedIterator<Item = I> + Clone)
     where
         I: DoubleEndedIterator<Item = (u32, T)> + ExactSizeIterator + Clone,
     {
         self.first.clear();
         self.first.resize(count + 1, 0);
-        items.clone().for_each(|(n, _)| self.first[n as usize] += 1);
+        let mut len = 0;
+        for list in lists.clone() {
+            len += list.len();
+            list.for_each(|(n, _)| self.first[n as usize] += 1);
+        }
         // Where they end: filling from the back turns that into where they begin.
         let mut end = 0;
         for first in &mut self.first {
             end += *first;
             *first = end;
         }
-        self.items.resize(items.len(), T::default());
-        for (n, item) in items.rev() {
+        self.items.resize(len, T::default());
+        for (n, item) in lists.rev().flat_map(|list| list.rev()) {
             let place = &mut self.first[n as usize];
             *place -= 1;
             self.items[*place as usize] = item;

@@ -38,7 +38,7 @@ impl Owners {
         } else {
             self.search(at, points, adjacency);
         }
-        self.vertices.set(points.len(), self.of.iter().enumerate().map(|(v, &i)| (i, v as u32)));
+        self.vertices.set(points.len(), std::iter::once(self.of.iter().enumerate().map(|(v, &i)| (i, v as u32))));
     }
 
     /// The vertices that have another owner than before.

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::borders::{Edge, Triangle};
 use super::surface_pieces::Scene;
 
 /// What is seen of a block of triangles from the owners of their corners alone.
@@ -14,6 +13,21 @@ pub(super) struct Seen {
     pub(super) edges: Vec<Edge>,
     /// Triangles of three owners.
     pub(super) triangles: Vec<Triangle>,
+}
+
+/// An edge between vertices of two seeds, that of the lesser first.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Edge {
+    pub(super) seed: u32,
+    pub(super) id: u32,
+    pub(super) vertices: [u32; 2],
+}
+
+/// A triangle with the corners of three seeds, and the least of these.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Triangle {
+    pub(super) seed: u32,
+    pub(super) id: u32,
 }
 
 /// Lists that are longer than what is in them: what a triangle is is hard to predict, and written in any case.

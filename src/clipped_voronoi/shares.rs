@@ -15,8 +15,8 @@
 use rayon::prelude::*;
 
 use super::Crossing;
-use super::borders::{self, Borders, Edge, Meeting, Shared, Triangle, Way, turned};
-use super::cell::{Cell, NUMBERS, Sums};
+use super::borders::{self, Borders, Meeting, Shared, Way, turned};
+use super::cell::{Cell, NUMBERS, Sums, add_sums};
 use super::seen::{Look, Seen};
 use super::shared_sums::{Apart, Batch, Item, One, Three, Tip, Two};
 use super::surface_pieces::Scene;
@@ -34,21 +34,18 @@ pub(super) fn add(cells: &mut [Cell], scene: Scene) -> (Vec<Crossing>, Vec<u32>)
         .map_init(Look::default, |look, block| look.at(scene, block * BLOCK..count.min((block + 1) * BLOCK)))
         .collect();
     // Where the solid has a density, only what is whole in a cell is simple.
-    let borders = scene.weights.is_none().then(|| {
-        let (edges, triangles): (Vec<&[Edge]>, Vec<&[Triangle]>) =
-            seen.iter().map(|s| (&s.edges[..], &s.triangles[..])).unzip();
-        Borders::find(scene, &Shared::new(&edges.concat(), &triangles.concat(), scene.points.len()))
-    });
+    let borders = scene.weights.is_none().then(|| Borders::find(scene, &Shared::new(&seen, scene.points.len())));
     let parts: Vec<_> =
         seen.par_iter().map_init(|| Sharing::new(scene, borders.as_ref()), |sharing, seen| sharing.add(seen)).collect();
     let mut crossings = borders.map_or_else(Vec::new, |borders| crossings(scene, &borders));
     let mut left = Vec::new();
+    let mut sums = Vec::with_capacity(parts.len());
     for mut part in parts {
-        let (seeds, sums) = part.sums;
-        seeds.into_iter().zip(sums).for_each(|(i, numbers)| cells[i as usize].add_numbers(numbers));
+        sums.push(part.sums);
         crossings.append(&mut part.crossings);
         left.append(&mut part.left);
     }
+    add_sums(cells, &sums, Cell::add_numbers);
     (crossings, left)
 }
 
@@ -373,10 +370,10 @@ mod tests {
         let surface = torus(60);
         with_scene(&surface, 100, |scene| {
             let count = scene.sheet.triangles.len();
-            let Seen { shared, edges, triangles, .. } = Look::default().at(scene, 0..count);
-            let borders = Borders::find(scene, &Shared::new(&edges, &triangles, scene.points.len()));
+            let seen = [Look::default().at(scene, 0..count)];
+            let borders = Borders::find(scene, &Shared::new(&seen, scene.points.len()));
             let mut sharing = Sharing::new(scene, Some(&borders));
-            sharing.list(&borders, &shared);
+            sharing.list(&borders, &seen[0].shared);
             sharing.add_threes(&borders);
             let Lists { by_kind: [twos, threes, _], aparts, tips, crossings, left } = &sharing.lists;
             let (forward, backward): (Vec<&Item>, Vec<&Item>) = tips.iter().partition(|t| t.forward);

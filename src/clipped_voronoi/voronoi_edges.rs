@@ -18,7 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Crossing;
-use super::cell::{Cell, Sums};
+use super::cell::{Cell, Sums, add_sums};
 use super::circumcenters::circumcenter;
 use super::crossed_tets::{Crossed, NOWHERE};
 use super::crossings::{Crossings, FACET};
@@ -139,9 +139,7 @@ impl Edges<'_> {
                 },
             )
             .collect();
-        for (seeds, sums) in found {
-            seeds.into_iter().zip(sums).for_each(|(i, numbers)| M::add(&mut cells[i as usize], numbers));
-        }
+        add_sums(cells, &found, M::add);
     }
 
     /// The circumcentre of a tet whose winding is not 0.

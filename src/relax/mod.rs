@@ -308,11 +308,11 @@ impl<'a> Relaxation<'a> {
         self.times.update_parts.add(&relocation.seconds);
         self.times.centroids += centroids_s;
 
-        let moves = positions.iter().zip(&self.seeds.positions).map(|(a, b)| a.distance(*b));
+        let moves2 = positions.iter().zip(&self.seeds.positions).map(|(a, b)| a.distance_squared(*b));
         *step = Step {
             kind: step.kind,
             energy: step.energy,
-            max_move: self.confines.surface.frame().length_to_model(moves.fold(0.0, f64::max)),
+            max_move: self.confines.surface.frame().length_to_model(moves2.fold(0.0, f64::max).sqrt()),
             evaluations: step.evaluations + 1,
             update_s: step.update_s + update_s,
             centroids_s: step.centroids_s + centroids_s,
