@@ -130,13 +130,13 @@ impl Block {
         for n in 0..SEEDS - 1 {
             put(OTHERS + 3 * n, points[seeds[n + 1] as usize] - seed);
         }
-        for n in 0..4 {
-            numbers[PLACES + n][l] = places[n];
+        if SEEDS > 1 {
+            (0..4).for_each(|n| numbers[PLACES + n][l] = places[n]);
         }
-        for n in 0..3 {
-            numbers[WEIGHTS + n][l] = weights[n];
-            numbers[DENSITIES + n][l] = densities[order[n]];
+        if SEEDS > 2 {
+            (0..3).for_each(|n| numbers[WEIGHTS + n][l] = weights[n]);
         }
+        (0..3).for_each(|n| numbers[DENSITIES + n][l] = densities[order[n]]);
         numbers[TURN][l] = if forward { 1.0 } else { -1.0 };
         (self.seeds[l], self.interface[l]) = (seeds, sheet.is_interface(triangle));
     }
