@@ -22,7 +22,7 @@ const MUCH_FARTHER2: f32 = 64.0;
 const BEYOND2: f64 = 2.0;
 
 /// Who goes less than this, as measured by the neighbours in one tet, which may be far, does not leap, in squares.
-const MAYBE2: f64 = 1e-3;
+const MAYBE2: f64 = 1e-2;
 
 /// The median is that of so many vertices.
 const SAMPLE: usize = 255;
