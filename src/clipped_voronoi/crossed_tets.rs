@@ -122,3 +122,68 @@ fn find_others(delaunay: &Delaunay, facets: &[CrossedFacet], tets: &[u32], place
         tets.par_chunks(BLOCK).map(|tets| tets.iter().flat_map(of_tet).collect()).collect();
     found.into_iter().flatten().for_each(|(n, place)| places[n as usize] = Some(place));
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::clipped_voronoi::Crossing;
+    use crate::geometry::frame::snap;
+    use crate::rng::Rng;
+
+    /// Crossings, one or two each, of the facets that `chosen` says of the triangulation, sorted.
+    fn crossings(delaunay: &Delaunay, mut chosen: impl FnMut([u32; 3]) -> bool) -> Vec<Crossing> {
+        let mut facets: Vec<[u32; 3]> =
+            delaunay.tets().flat_map(|tet| FACET.map(|f| ascending(f.map(|v| tet[v])))).collect();
+        facets.sort_unstable();
+        facets.dedup();
+        facets.retain(|&facet| chosen(facet));
+        let crossing = |(facet, leaves)| Crossing { facet, point: DVec3::ZERO, triangle: 0, leaves };
+        let of_facet = |facet: [u32; 3]| {
+            let leaves = facet[0] % 2 == 0;
+            let more = facet[2].is_multiple_of(5).then_some((facet, leaves));
+            [(facet, leaves)].into_iter().chain(more)
+        };
+        facets.into_iter().flat_map(of_facet).map(crossing).collect()
+    }
+
+    #[test]
+    fn what_is_followed_is_what_is_found_anew_and_both_sides_of_a_facet_agree() {
+        let mut rng = Rng::new(21, 0);
+        let mut points: Vec<DVec3> = (0..600).map(|_| snap(rng.in_cube())).collect();
+        let mut delaunay = Delaunay::build(&points).expect("distinct points");
+        let (mut followed, mut kept, mut all_facets) = (CrossedTets::default(), 0, 0);
+        for round in 0..20 {
+            let far = if round % 4 == 3 { 0.1 } else { 1e-3 };
+            points.iter_mut().take(60).for_each(|p| *p = snap(*p + rng.in_cube() * far));
+            delaunay.relocate(&points).expect("distinct points");
+            // Mostly the same facets as the last time.
+            let all = crossings(&delaunay, |[a, b, c]| (a + b + c) % 7 < 3 || rng.unit() < 0.02);
+            let crossings = Crossings::new(&all, points.len());
+            let candidates: Vec<u32> = (0..delaunay.vertices().len() as u32).collect();
+            kept += followed.recall(&delaunay, crossings.facets()).iter().flatten().count();
+            all_facets += crossings.facets().len();
+            followed.follow(&delaunay, &crossings, &candidates);
+            let mut anew = CrossedTets::default();
+            anew.follow(&delaunay, &crossings, &candidates);
+            assert_eq!(followed.marks, anew.marks);
+            let mut sides = 0;
+            for (a, b) in followed.tets.iter().zip(&anew.tets) {
+                assert_eq!((a.tet, a.first, a.entered), (b.tet, b.first, b.entered));
+                let tet = delaunay.vertices()[a.tet as usize];
+                for f in (0..4).filter(|&f| a.first[f] != NOWHERE) {
+                    sides += 1;
+                    let (found, even) = crossings.from(a.first[f], FACET[f].map(|v| tet[v]));
+                    assert_eq!(found[0].facet, ascending(FACET[f].map(|v| tet[v])));
+                    let entered: i32 = found.iter().map(|c| if c.leaves == even { -1 } else { 1 }).sum();
+                    assert_eq!(a.entered[f], entered);
+                    let other = delaunay.neighbors()[a.tet as usize][f];
+                    assert_eq!(followed.entered(other.tet())[other.slot()], -entered);
+                }
+            }
+            assert_eq!(sides, 2 * crossings.facets().len(), "each facet is one of two tets");
+        }
+        assert!(kept > all_facets / 3, "{kept} of {all_facets} were where they had been");
+    }
+}

@@ -133,17 +133,30 @@ impl Adjacency {
         };
         let new = joined((0..dirty.len().div_ceil(ROWS)).into_par_iter().map(of_block).collect());
         // 2. All rows, one after another.
-        let mut all = Adjacency {
-            offsets: Vec::with_capacity(self.offsets.len()),
-            neighbors: Vec::with_capacity(self.neighbors.len() + new.neighbors.len()),
-        };
-        all.offsets.push(0);
-        for (v, &rank) in rank.iter().enumerate() {
-            let row = if rank == CLEAN { self.of(v) } else { new.of(rank as usize) };
-            all.neighbors.extend_from_slice(row);
-            all.offsets.push(all.neighbors.len() as u32);
+        let row = |v: usize| if rank[v] == CLEAN { self.of(v) } else { new.of(rank[v] as usize) };
+        let mut offsets = Vec::with_capacity(rank.len() + 1);
+        offsets.push(0);
+        let mut end = 0;
+        offsets.extend((0..rank.len()).map(|v| {
+            end += row(v).len() as u32;
+            end
+        }));
+        let mut neighbors = vec![0; end as usize];
+        let mut rest = &mut neighbors[..];
+        let mut blocks = Vec::with_capacity(rank.len().div_ceil(ROWS));
+        for vertices in (0..rank.len()).step_by(ROWS).map(|v| v..(v + ROWS).min(rank.len())) {
+            let (block, others) = rest.split_at_mut((offsets[vertices.end] - offsets[vertices.start]) as usize);
+            blocks.push((vertices, block));
+            rest = others;
         }
-        all
+        blocks.into_par_iter().for_each(|(vertices, mut block)| {
+            for row in vertices.map(row) {
+                let (place, others) = block.split_at_mut(row.len());
+                place.copy_from_slice(row);
+                block = others;
+            }
+        });
+        Adjacency { offsets, neighbors }
     }
 }
 
