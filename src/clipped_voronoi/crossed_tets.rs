@@ -141,7 +141,7 @@ mod tests {
         facets.retain(|&facet| chosen(facet));
         let crossing = |(facet, leaves)| Crossing { facet, point: DVec3::ZERO, triangle: 0, leaves };
         let of_facet = |facet: [u32; 3]| {
-            let leaves = facet[0] % 2 == 0;
+            let leaves = facet[0].is_multiple_of(2);
             let more = facet[2].is_multiple_of(5).then_some((facet, leaves));
             [(facet, leaves)].into_iter().chain(more)
         };

@@ -75,7 +75,7 @@ pub(super) fn add_pieces(cells: &mut [Cell], scene: Scene, cornerless: &mut Vec<
     // 2. Others.
     add_left(cells, scene, &left, cornerless, &mut crossings);
     // Most are in order already.
-    crossings.sort_by_key(|c| (c.facet, c.triangle));
+    crossings.par_sort_by_key(|c| (c.facet, c.triangle));
     crossings
 }
 

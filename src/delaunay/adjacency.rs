@@ -53,41 +53,44 @@ impl Follower {
     /// The same as [`Delaunay::adjacency`], of the first `count` vertices among themselves.
     pub fn follow(&mut self, delaunay: &Delaunay, count: usize) -> &Adjacency {
         let new = delaunay.vertices();
-        let changes = (self.adjacency.offsets.len() == count + 1).then(|| self.changes(new, count)).flatten();
-        match changes {
-            Some(changes) if changes.dirty.is_empty() => {}
-            Some(changes) => self.adjacency = self.adjacency.with(&changes),
-            None => self.adjacency = all_rows(new, count),
+        let places = places_that_differ(&self.vertices, new);
+        if self.adjacency.offsets.len() == count + 1 && places.len() * MANY <= new.len() {
+            let changes = self.changes(new, &places, count);
+            if !changes.dirty.is_empty() {
+                self.adjacency = self.adjacency.with(&changes);
+            }
+            self.vertices.resize(new.len(), [0; 4]);
+            places.into_iter().filter(|&t| t < new.len()).for_each(|t| self.vertices[t] = new[t]);
+        } else {
+            self.adjacency = all_rows(new, count);
+            self.vertices.clear();
+            self.vertices.extend_from_slice(new);
         }
-        self.vertices.clear();
-        self.vertices.extend_from_slice(new);
         &self.adjacency
     }
 
-    /// What changed in the lists of tets, if it is little.
-    fn changes(&self, new: &[[u32; 4]], count: usize) -> Option<Changes> {
-        let (gone, come) = at_same_places(&self.vertices, new);
-        if come.len() * MANY > new.len() {
-            return None;
-        }
+    /// What changed with the tets at some places.
+    fn changes(&self, new: &[[u32; 4]], places: &[usize], count: usize) -> Changes {
+        let at = |tets: &[[u32; 4]]| places.iter().filter_map(|&t| tets.get(t)).copied().collect();
+        let (gone, come) = (at(&self.vertices), at(new));
         let mut changes = Changes { gone, come, rank: vec![CLEAN; count], dirty: Vec::new() };
         changes.rank_vertices();
-        Some(changes)
+        changes
     }
 }
 
-/// Tets that are not in both lists at the same place: of the one, and of the other.
-fn at_same_places(old: &[[u32; 4]], new: &[[u32; 4]]) -> (Vec<[u32; 4]>, Vec<[u32; 4]>) {
+/// The places at which two lists of tets have not the same, those beyond the end of one among them.
+fn places_that_differ(old: &[[u32; 4]], new: &[[u32; 4]]) -> Vec<usize> {
     let common = old.len().min(new.len());
-    let blocks = old[..common].par_chunks(BLOCK).zip(new[..common].par_chunks(BLOCK));
-    let differ = |(old, new): (&[[u32; 4]], &[[u32; 4]])| -> (Vec<_>, Vec<_>) {
-        let pairs = old.iter().zip(new).filter(|(a, b)| a != b);
-        pairs.map(|(&a, &b)| (a, b)).unzip()
-    };
-    let (mut gone, mut come): (Vec<_>, Vec<_>) = blocks.map(differ).unzip();
-    gone.push(old[common..].to_vec());
-    come.push(new[common..].to_vec());
-    (gone.concat(), come.concat())
+    let blocks = old[..common].par_chunks(BLOCK).zip(new[..common].par_chunks(BLOCK)).enumerate();
+    let mut places: Vec<Vec<usize>> = blocks
+        .map(|(block, (old, new))| {
+            let pairs = (block * BLOCK..).zip(old.iter().zip(new));
+            pairs.filter(|(_, (a, b))| a != b).map(|(t, _)| t).collect()
+        })
+        .collect();
+    places.push((common..old.len().max(new.len())).collect());
+    places.concat()
 }
 
 /// Rank of a vertex whose tets are the same as before.
@@ -283,7 +286,8 @@ mod tests {
                 }
                 delaunay.relocate(&points).expect("distinct points");
                 let known = follower.adjacency.offsets.len() == count + 1;
-                in_part += usize::from(known && follower.changes(delaunay.vertices(), count).is_some());
+                let places = places_that_differ(&follower.vertices, delaunay.vertices()).len();
+                in_part += usize::from(known && places * MANY <= delaunay.vertices().len());
                 let expected = all_rows(delaunay.vertices(), count);
                 assert_eq!(*follower.follow(&delaunay, count), expected, "{count} of them, round {round}");
                 if count == points.len() {

@@ -23,6 +23,7 @@ use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::objective::Slope;
 use super::vectors::{add_scaled, add_scaled_and_dot, dot};
@@ -98,7 +99,7 @@ impl Lbfgs {
     /// Remembers a motion and the change of the gradient that it made, if the energy is convex along it.
     pub(super) fn remember(&mut self, motion: Vec<DVec3>, change: Vec<DVec3>, slope: &Slope) {
         let curvature = dot(&motion, &change);
-        let stiff: Vec<DVec3> = motion.iter().zip(&slope.stiffness).map(|(s, &d)| *s * d).collect();
+        let stiff: Vec<DVec3> = motion.par_iter().zip(&slope.stiffness).map(|(s, &d)| *s * d).collect();
         let sizes = (dot(&motion, &stiff) * dot(&change, &slope.relaxed(&change))).sqrt();
         if curvature > CONVEX * sizes {
             if !self.pairs.is_empty() {

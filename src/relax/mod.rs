@@ -252,7 +252,7 @@ impl<'a> Relaxation<'a> {
         let (old, new) = (&before.state.slope.gradient, &self.state.slope.gradient);
         let change = |(i, m): (usize, &Option<DVec3>)| if m.is_some() { new[i] - old[i] } else { DVec3::ZERO };
         let change = made.par_iter().enumerate().map(change).collect();
-        let made = made.into_iter().map(Option::unwrap_or_default).collect();
+        let made = made.into_par_iter().map(Option::unwrap_or_default).collect();
         memory.remember(made, change, &self.state.slope);
     }
 
