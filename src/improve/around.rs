@@ -113,12 +113,11 @@ impl Around {
         self.arch.dispatch(FindSteepest { around: self, p })
     }
 
-    /// Calls `visit` with the dihedral angles below `least` or above `most`, and their gradients, the vertex being at `p`; returns the
-    /// square of its shortest edge.
-    pub(super) fn each_angle(&mut self, p: DVec3, [least, most]: [f64; 2], mut visit: impl FnMut(f64, DVec3)) -> f64 {
+    /// Calls `visit` with the dihedral angles below `least` or above `most`, and their gradients, the vertex being at `p`.
+    pub(super) fn each_angle(&mut self, p: DVec3, [least, most]: [f64; 2], mut visit: impl FnMut(f64, DVec3)) {
         self.angles.resize(self.blocks.len(), NO_ANGLES);
         let arch = self.arch;
-        let shortest2 = arch.dispatch(FindAngles { around: self, p });
+        arch.dispatch(FindAngles { around: self, p });
         for (i, Angles { value, gradient }) in self.angles.iter().enumerate() {
             let known = (self.count - i * LANES).min(LANES);
             for (value, [x, y, z]) in value.iter().zip(gradient) {
@@ -129,7 +128,6 @@ impl Around {
                 }
             }
         }
-        shortest2
     }
 }
 
@@ -210,18 +208,14 @@ struct FindAngles<'a> {
 }
 
 impl pulp::WithSimd for FindAngles<'_> {
-    /// The square of the shortest edge.
-    type Output = f64;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
+    fn with_simd<S: pulp::Simd>(self, _: S) {
         let FindAngles { around: Around { blocks, angles, .. }, p } = self;
-        let mut shortest2 = f64::INFINITY;
         for (block, Angles { value, gradient }) in blocks.iter().zip(angles) {
-            let mut shortest = [0.0; LANES];
-            for (l, shortest) in shortest.iter_mut().enumerate() {
-                let Slopes { cosine, slope, shortest2, .. } = slopes(block, p, l);
-                *shortest = shortest2;
+            for l in 0..LANES {
+                let Slopes { cosine, slope, .. } = slopes(block, p, l);
                 set(value, gradient, (0, l), cosine[0], slope[0]);
                 set(value, gradient, (1, l), cosine[1], slope[1]);
                 set(value, gradient, (2, l), cosine[2], slope[2]);
@@ -229,9 +223,7 @@ impl pulp::WithSimd for FindAngles<'_> {
                 set(value, gradient, (4, l), cosine[4], slope[4]);
                 set(value, gradient, (5, l), cosine[5], slope[5]);
             }
-            shortest2 = shortest.iter().fold(shortest2, |least, &x| measure::least(least, x));
         }
-        shortest2
     }
 }
 
@@ -412,7 +404,7 @@ mod tests {
                 assert!((quality - measure::combined(extremes)).abs() < 1e-9);
             }
             let mut all = Vec::new();
-            let shortest2 = around.each_angle(p, ALL, |value, gradient| all.push((value, gradient)));
+            around.each_angle(p, ALL, |value, gradient| all.push((value, gradient)));
             let steepest = around.steepest(p);
             assert_eq!(all.len(), 6 * count);
             let rise: DVec3 = links
@@ -430,7 +422,7 @@ mod tests {
                 .sum();
             assert!((steepest.sum - sum).abs() < 1e-9 * sum && steepest.rise.distance(rise) < 1e-8 * rise.length());
             let nearest = links.iter().flatten().map(|q| q.distance_squared(p)).fold(9.0, f64::min);
-            assert_eq!([steepest.shortest2, shortest2], [nearest; 2]);
+            assert_eq!(steepest.shortest2, nearest);
         }
         // A tet that is flat, and one that is inverted.
         for c in [DVec3::new(0.3, 0.3, 1e-12), -DVec3::Z] {

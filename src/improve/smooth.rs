@@ -31,8 +31,8 @@ const ROUNDS: usize = 4;
 /// Angles within so much of the worst are active: first many, then, where these allow no step, few (radians).
 const ACTIVE: [f64; 2] = [0.05, 0.008];
 
-/// Angles so far above the worst are not looked at.
-const HORIZON: f64 = 0.5;
+/// Angles so far above the worst are not looked at: these seldom bound a step.
+const HORIZON: f64 = 0.3;
 
 /// No step is longer than this share of the shortest edge.
 const LONGEST_STEP: f64 = 0.4;
@@ -55,6 +55,8 @@ const HULL_STEPS: usize = 24;
 #[derive(Debug, Default)]
 pub(super) struct Smoother {
     around: Around,
+    /// Those of these tets that are not far above the worst.
+    low: Around,
     pieces: Vec<Piece>,
     active: Vec<DVec3>,
     strays: Vec<(u32, Stray)>,
@@ -84,16 +86,9 @@ impl Smoother {
         self.stuck.clear();
     }
 
-    /// Takes the star of `v`; returns the worst quality in it.
-    fn gather(&mut self, complex: &Complex, v: u32) -> f64 {
-        let star = complex.star(v);
-        self.around.set(star.iter().map(|&t| {
-            let tet = complex.tets[t as usize];
-            let at = tet.iter().position(|&u| u == v).expect("a star's tets have its vertex: this is a bug in tetcvt");
-            let [i, j, k] = FACETS[at];
-            [complex.points[tet[i] as usize], complex.points[tet[j] as usize], complex.points[tet[k] as usize]]
-        }));
-        worst_of(complex, v)
+    /// Takes the star of `v`.
+    fn gather(&mut self, complex: &Complex, v: u32) {
+        self.around.set(complex.star(v).iter().map(|&t| link(complex, t, v)));
     }
 
     /// Moves `v` so that its worst tet gets better, by as much as counts in such haste; whether it did.
@@ -107,7 +102,6 @@ impl Smoother {
                 return round > 0;
             }
             let Some(tangent) = ground.tangent(complex, v) else { return false };
-            self.gather(complex, v);
             let gain = least_gain(worst, complex.floor(), haste);
             if !self.step(complex, ground, (v, worst, gain), tangent) {
                 self.stuck[v as usize] = Stuck { since: complex.changes() + 1, reach: ground.reach() };
@@ -132,15 +126,16 @@ impl Smoother {
         (v, worst, gain): (u32, f64, f64),
         tangent: Tangent,
     ) -> bool {
-        let from = complex.points[v as usize];
-        let shortest2 = self.find_pieces(from, worst, tangent);
+        self.find_pieces(complex, (v, worst), tangent);
+        let longest = LONGEST_STEP * shortest_edge2(complex, v).sqrt();
+        let mut is_gathered = false;
         for window in ACTIVE {
             self.active.clear();
             self.active.extend(self.pieces.iter().filter(|p| p.value <= worst + window).map(|p| p.gradient));
             let rise = shortest_in_hull(&self.active);
             let Some(direction) = rise.try_normalize() else { continue };
             // 3.
-            let mut step = LONGEST_STEP * shortest2.sqrt();
+            let mut step = longest;
             let rate = rise.length();
             for piece in &self.pieces {
                 let slope = piece.gradient.dot(direction);
@@ -151,6 +146,9 @@ impl Smoother {
             for _ in 0..TRIALS {
                 if rate * step < gain {
                     break;
+                }
+                if !std::mem::replace(&mut is_gathered, true) {
+                    self.gather(complex, v);
                 }
                 if let Some((to, freedom)) = ground.place(complex, v, direction * step)
                     && self.around.judge(to).is_some_and(|j| j.worst > worst + gain)
@@ -164,19 +162,21 @@ impl Smoother {
         false
     }
 
-    /// The angles around the vertex that are not far above the worst, and the square of the shortest edge.
-    fn find_pieces(&mut self, from: DVec3, worst: f64, tangent: Tangent) -> f64 {
-        let Smoother { around, pieces, .. } = self;
+    /// The angles around vertex `v` that are not far above the worst: tets of a higher quality have none of them.
+    fn find_pieces(&mut self, complex: &Complex, (v, worst): (u32, f64), tangent: Tangent) {
+        let Smoother { low, pieces, .. } = self;
         pieces.clear();
         let most = worst + HORIZON;
-        around.each_angle(from, [most, PI - most / LARGE_WEIGHT], |value, gradient| {
+        let is_low = |t: &&u32| complex.quality[**t as usize] < most;
+        low.set(complex.star(v).iter().filter(is_low).map(|&t| link(complex, t, v)));
+        low.each_angle(complex.points[v as usize], [most, PI - most / LARGE_WEIGHT], |value, gradient| {
             let gradient = tangent.project(gradient);
             if value < most {
                 pieces.push(Piece { value, gradient });
             } else {
                 pieces.push(Piece { value: LARGE_WEIGHT * (PI - value), gradient: gradient * -LARGE_WEIGHT });
             }
-        })
+        });
     }
 
     /// Moves the vertex to where its tets were just judged, unless a facet around it would stray from the surface.
@@ -257,6 +257,20 @@ impl Move {
         complex.move_judged(self.vertex, self.to, self.freedom, &self.qualities);
         self.strays.iter().for_each(|&(f, stray)| complex.set_stray(f, stray));
     }
+}
+
+/// The corners of tet `t` but for its vertex `v`: with that first they make it positive.
+fn link(complex: &Complex, t: u32, v: u32) -> [DVec3; 3] {
+    let tet = complex.tets[t as usize];
+    let at = tet.iter().position(|&u| u == v).expect("a star's tets have its vertex: this is a bug in tetcvt");
+    FACETS[at].map(|k| complex.points[tet[k] as usize])
+}
+
+/// The square of the shortest edge at a vertex.
+fn shortest_edge2(complex: &Complex, v: u32) -> f64 {
+    let from = complex.points[v as usize];
+    let others = complex.star(v).iter().flat_map(|&t| complex.tets[t as usize]).filter(|&u| u != v);
+    others.map(|u| complex.points[u as usize].distance_squared(from)).fold(f64::INFINITY, f64::min)
 }
 
 /// The worst quality of the tets around a vertex.
