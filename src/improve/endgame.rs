@@ -318,7 +318,12 @@ fn approach_count(
 }
 
 /// The first of the edges of one origin: the shortest first, or the longest.
-fn edges_from(complex: &Complex, origin: Origin, shortest: bool, count: usize) -> Vec<[u32; 2]> {
+fn edges_from(
+    complex: &Complex,
+    origin: Origin,
+    shortest: bool,
+    count: usize,
+) -> impl Iterator<Item = [u32; 2]> + use<> {
     // Each is there once for every tet around it.
     let mut first = First::new(TETS_AROUND * count);
     let sign = if shortest { 1.0 } else { -1.0 };
@@ -338,14 +343,15 @@ fn edges_from(complex: &Complex, origin: Origin, shortest: bool, count: usize) -
             }
         }
     }
-    let mut edges = first.sorted();
-    edges.dedup();
-    edges.truncate(count);
-    edges.into_iter().map(|e| e.1).collect()
+    let mut last = None;
+    first.sorted().map(|e| e.1).filter(move |&edge| last.replace(edge) != Some(edge)).take(count)
 }
 
 /// Edges, each with a number that they are ordered by.
 type Ordered = (f64, [u32; 2]);
+
+/// So many are put in order at a time: mostly few are needed.
+const SORTED_AT_ONCE: usize = 2048;
 
 /// The first so many of a stream of them.
 struct First {
@@ -377,10 +383,22 @@ impl First {
         }
     }
 
-    fn sorted(mut self) -> Vec<Ordered> {
-        self.kept.sort_unstable_by(First::order);
-        self.kept.truncate(self.count);
-        self.kept
+    /// They in their order, sorted as far as they are asked for.
+    fn sorted(self) -> impl Iterator<Item = Ordered> {
+        let First { mut kept, count, .. } = self;
+        let mut sorted = 0;
+        (0..count.min(kept.len())).map(move |i| {
+            if i == sorted {
+                let rest = &mut kept[i..];
+                let some = rest.len().min(SORTED_AT_ONCE);
+                if some < rest.len() {
+                    rest.select_nth_unstable_by(some, First::order);
+                }
+                rest[..some].sort_unstable_by(First::order);
+                sorted += some;
+            }
+            kept[i]
+        })
     }
 }
 
@@ -423,7 +441,7 @@ mod tests {
             let mut expected = all;
             expected.sort_by(First::order);
             expected.truncate(count);
-            assert_eq!(first.sorted(), expected);
+            assert_eq!(first.sorted().collect::<Vec<Ordered>>(), expected);
         }
     }
 }
