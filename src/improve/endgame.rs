@@ -37,8 +37,8 @@ pub(super) struct Game {
     pub share: f64,
     /// Tets treated after an operation before it is judged.
     pub followed: usize,
-    /// Whether edges are split: that helps seldom where the other operations can.
-    pub splits: bool,
+    /// Whether tets that are not urgent are left to later games.
+    pub only_urgent: bool,
     /// See [`Worklist::haste`].
     pub haste: f64,
 }
@@ -126,6 +126,9 @@ fn run_whole(
                 continue;
             }
             let is_urgent = complex.quality[t as usize] < URGENT * complex.floor();
+            if game.only_urgent && !is_urgent {
+                continue;
+            }
             let allowed = if is_urgent { &mut budget.urgent } else { &mut budget.usual };
             if *allowed == 0 {
                 continue;
@@ -164,8 +167,6 @@ fn resolve(
     let tet = complex.tets[t as usize];
     let operations: &[Operation] = if work.keeps_vertices {
         &[Operation::Flip]
-    } else if !game.splits {
-        &[Operation::Flip, Operation::Contraction]
     } else {
         &[Operation::Flip, Operation::Contraction, Operation::Split]
     };
@@ -184,8 +185,7 @@ fn resolve(
             }
         }
     }
-    game.splits
-        && !work.keeps_vertices
+    !work.keeps_vertices
         && tet.iter().all(|&v| complex.on_boundary(v))
         && (0..4).any(|i| {
             let facet = complex.facet_of(t, i);

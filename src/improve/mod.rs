@@ -21,7 +21,7 @@
 //!
 //! Where much is left to do, steps 1 and 5 are taken in parts of the mesh at the same time (`parts.rs`), and then in what lies between.
 //! Strides are long at first and shorten from game to game: small ones everywhere would be a crawl of tets that hold each
-//! other down.
+//! other down. Where many tets are stuck in walls thinner than the spacing, the boundary may stray more and is not brought closer.
 //!
 //! Where vertices are known by their numbers, steps 4 to 6 have flips alone. Work on tets that do not rise ends
 //! where it would outweigh the rest: it is counted in tets treated, the same everywhere.
@@ -92,14 +92,16 @@ use ground::Ground;
 /// Rounds of the polish before the endgame.
 const POLISH_ROUNDS: usize = 2;
 
-/// The endgames, with a polish after each.
-const GAMES: [Game; 6] = [
-    Game { strays: 0.1, share: 0.3, followed: 8, splits: false, haste: 0.2 },
-    Game { strays: 0.1, share: 0.3, followed: 40, splits: true, haste: 0.2 },
-    Game { strays: 0.15, share: 0.15, followed: 40, splits: true, haste: 0.1 },
-    Game { strays: 0.15, share: 0.15, followed: 64, splits: true, haste: 0.1 },
-    Game { strays: 0.2, share: 0.15, followed: 100, splits: true, haste: 0.05 },
-    Game { strays: 0.3, share: 0.15, followed: 100, splits: true, haste: 0.03 },
+/// The endgames, with a polish after each. The first is for urgent tets alone: where they are, others lack little, which
+/// the polish and the larger strides after it mend for less.
+const GAMES: [Game; 7] = [
+    Game { strays: 0.1, share: 0.3, followed: 4, only_urgent: true, haste: 0.2 },
+    Game { strays: 0.1, share: 0.3, followed: 40, only_urgent: false, haste: 0.25 },
+    Game { strays: 0.15, share: 0.15, followed: 40, only_urgent: false, haste: 0.1 },
+    Game { strays: 0.15, share: 0.15, followed: 64, only_urgent: false, haste: 0.1 },
+    Game { strays: 0.2, share: 0.15, followed: 100, only_urgent: false, haste: 0.05 },
+    Game { strays: 0.3, share: 0.15, followed: 100, only_urgent: false, haste: 0.03 },
+    Game { strays: 0.3, share: 0.15, followed: 160, only_urgent: false, haste: 0.01 },
 ];
 
 /// The haste before them; see [`Worklist::haste`]. The last tets need small steps, many need few.
@@ -109,6 +111,13 @@ const HASTE: f64 = 0.3;
 /// what these could do, and more vertices would be made than can be taken out elsewhere.
 const CROWDED: f64 = 0.25;
 const CROWDED_HASTE: f64 = 0.03;
+
+/// Where more than this share of the tets is left after step 3, and more than so many, most are in walls thinner than the
+/// spacing. Facets may then stray by so much from the first game on, as there they would in the last, and the boundary is
+/// not brought closer: thousands of places stray, of which few can be helped. A smaller mesh has the time for all that.
+const THIN: f64 = 0.02;
+const THIN_LEAST: f64 = 2000.0;
+const THIN_STRAYS: f64 = 0.3;
 
 /// Tets that all endgames together may treat, urgent ones and as many others, however small the mesh is: that takes a second or
 /// two where half of its tets need it.
@@ -203,7 +212,10 @@ fn passes(
     work.forget();
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 4.
-    draw_closer(complex, ground, work, (count, follow::LACK));
+    let is_thin = complex.low().count() as f64 > (THIN * complex.tets.len() as f64).max(THIN_LEAST);
+    if !is_thin {
+        draw_closer(complex, ground, work, (count, follow::LACK));
+    }
     bind::release(complex, ground);
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5. What is aimed at beyond the floor that was asked for is not worth an endgame.
@@ -212,13 +224,14 @@ fn passes(
     let mut budget = Budget::even(ENDGAME_LEAST.saturating_sub((complex.tets.len() as f64 * shares) as usize));
     let mut bound = STRAYS;
     for (number, game) in GAMES.iter().enumerate() {
-        let loose = &ground.loosened(&complex.facets, game.strays);
+        let strays = if is_thin { game.strays.max(THIN_STRAYS) } else { game.strays };
+        let loose = &ground.loosened(&complex.facets, strays);
         let is_crowded = complex.low().count() as f64 > CROWDED * complex.tets.len() as f64;
         let haste = if is_crowded { game.haste.min(CROWDED_HASTE) } else { game.haste };
-        if game.strays > bound || haste < work.haste {
+        if strays > bound || haste < work.haste {
             work.forget();
         }
-        (bound, work.haste) = (game.strays, haste);
+        (bound, work.haste) = (strays, haste);
         if !goes_on(complex) {
             return;
         }
@@ -239,9 +252,14 @@ fn passes(
     }
     // 6.
     polish::run(complex, ground, 0);
-    draw_closer(complex, ground, work, (count, 0.0));
-    let loose = &ground.loosened(&complex.facets, bound);
-    closer(complex, ground, work, count, |complex, work| follow::run_last(complex, ground, work, (loose, &GAMES[1])));
+    if !is_thin {
+        draw_closer(complex, ground, work, (count, 0.0));
+        let loose = &ground.loosened(&complex.facets, bound);
+        let last = |complex: &mut Complex, work: &mut Worklist| {
+            follow::run_last(complex, ground, work, (loose, &GAMES[1]));
+        };
+        closer(complex, ground, work, count, last);
+    }
     goes_on(complex);
 }
 
