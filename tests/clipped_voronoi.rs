@@ -217,7 +217,7 @@ fn what_a_clipper_remembers_changes_nothing() {
         let delaunay = Delaunay::build(&points).expect("seeds in general position");
         let clipped = clipper.clip(&delaunay);
         assert_same(&clipped, &Clipper::new(&surface).clip(&delaunay));
-        assert_eq!(clipped.adjacency, delaunay.adjacency());
+        assert_eq!(*clipped.adjacency, delaunay.adjacency());
         assert_identities(&surface, &clipped);
     }
 }

@@ -464,7 +464,7 @@ impl Sampled {
             inside: inside.collect(),
             odd: None,
             crossings: Vec::new(),
-            adjacency: self.delaunay.adjacency(),
+            adjacency: self.delaunay.adjacency().into(),
         }
     }
 }

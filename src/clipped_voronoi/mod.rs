@@ -121,7 +121,7 @@ pub struct ClippedVoronoi {
     /// Crossings of Voronoi edges with the surface, by facet.
     pub crossings: Vec<Crossing>,
     /// Which seeds are Delaunay neighbours.
-    pub adjacency: Adjacency,
+    pub adjacency: Arc<Adjacency>,
 }
 
 impl ClippedVoronoi {
@@ -221,7 +221,7 @@ impl<'a> Clipper<'a> {
         if weights.is_none() {
             cells.par_iter_mut().for_each(|c| c.mass = c.volume);
         }
-        let inside = self.winding.of_tets.iter().map(|&w| w > 0).collect();
+        let inside = self.winding.of_tets.par_iter().map(|&w| w > 0).collect();
         let odd = self.sheet.surface.has_interfaces().then(|| behind(delaunay, &crossings));
         ClippedVoronoi { cells, inside, odd, crossings, adjacency: adjacency.clone() }
     }

@@ -1,5 +1,7 @@
 //! Which vertices are Delaunay neighbours of which.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::Delaunay;
@@ -44,25 +46,25 @@ impl Adjacency {
 /// share facets with both. So the tets that come and go say all.
 #[derive(Default)]
 pub struct Follower {
-    adjacency: Adjacency,
+    adjacency: Arc<Adjacency>,
     /// The tets that it belongs to.
     vertices: Vec<[u32; 4]>,
 }
 
 impl Follower {
     /// The same as [`Delaunay::adjacency`], of the first `count` vertices among themselves.
-    pub fn follow(&mut self, delaunay: &Delaunay, count: usize) -> &Adjacency {
+    pub fn follow(&mut self, delaunay: &Delaunay, count: usize) -> &Arc<Adjacency> {
         let new = delaunay.vertices();
         let places = places_that_differ(&self.vertices, new);
         if self.adjacency.offsets.len() == count + 1 && places.len() * MANY <= new.len() {
             let changes = self.changes(new, &places, count);
             if !changes.dirty.is_empty() {
-                self.adjacency = self.adjacency.with(&changes);
+                self.adjacency = Arc::new(self.adjacency.with(&changes));
             }
             self.vertices.resize(new.len(), [0; 4]);
             places.into_iter().filter(|&t| t < new.len()).for_each(|t| self.vertices[t] = new[t]);
         } else {
-            self.adjacency = all_rows(new, count);
+            self.adjacency = Arc::new(all_rows(new, count));
             self.vertices.clear();
             self.vertices.extend_from_slice(new);
         }
@@ -124,7 +126,8 @@ impl Adjacency {
     fn with(&self, changes: &Changes) -> Adjacency {
         let Changes { gone, come, rank, dirty } = changes;
         // 1. At vertices where tets changed, the neighbours that are in none that is gone, and those in tets that have come.
-        let [gone, come] = [gone, come].map(|tets| rows(tets, rank.len(), dirty, |v| rank[v as usize]));
+        let of = |tets| rows(tets, rank.len(), dirty, |v| rank[v as usize]);
+        let (gone, come) = rayon::join(|| of(gone), || of(come));
         let of_block = |block: usize| {
             let ranks = block * ROWS..((block + 1) * ROWS).min(dirty.len());
             let (mut row_ends, mut met) = (Vec::with_capacity(ROWS), Vec::with_capacity(20 * ROWS));
@@ -289,7 +292,7 @@ mod tests {
                 let places = places_that_differ(&follower.vertices, delaunay.vertices()).len();
                 in_part += usize::from(known && places * MANY <= delaunay.vertices().len());
                 let expected = all_rows(delaunay.vertices(), count);
-                assert_eq!(*follower.follow(&delaunay, count), expected, "{count} of them, round {round}");
+                assert_eq!(**follower.follow(&delaunay, count), expected, "{count} of them, round {round}");
                 if count == points.len() {
                     assert_eq!(expected, delaunay.adjacency());
                 }

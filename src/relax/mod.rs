@@ -19,7 +19,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::clipped_voronoi::{ClippedVoronoi, Clipper, Density};
-use crate::delaunay::{Delaunay, DelaunayError, Relocation, Updater};
+use crate::delaunay::{Delaunay, DelaunayError, INFINITE, Relocation, Updater};
 use crate::error::Error;
 use crate::geometry::frame::snap;
 use crate::params::{Boundary, Optimizer, Params};
@@ -308,15 +308,15 @@ impl<'a> Relaxation<'a> {
         self.times.update_parts.add(&relocation.seconds);
         self.times.centroids += centroids_s;
 
-        let moves2 = positions.iter().zip(&self.seeds.positions).map(|(a, b)| a.distance_squared(*b));
+        let moves2 = positions.par_iter().zip(&self.seeds.positions).map(|(a, b)| a.distance_squared(*b));
         *step = Step {
             kind: step.kind,
             energy: step.energy,
-            max_move: self.confines.surface.frame().length_to_model(moves2.fold(0.0, f64::max).sqrt()),
+            max_move: self.confines.surface.frame().length_to_model(moves2.reduce(|| 0.0, f64::max).sqrt()),
             evaluations: step.evaluations + 1,
             update_s: step.update_s + update_s,
             centroids_s: step.centroids_s + centroids_s,
-            tets: self.delaunay().tets().count(),
+            tets: self.delaunay().vertices().par_iter().filter(|tet| tet[3] != INFINITE).count(),
             bicells: 2 * self.delaunay().vertices().len(),
             vertices_failed: step.vertices_failed + relocation.vertices_failed,
             bicells_failed: step.bicells_failed + relocation.bicells_failed,
