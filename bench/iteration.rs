@@ -2,8 +2,8 @@
 //! [--threads T] [--cgal PROGRAM]`; `bench/iteration.sh` compiles the program and runs this with its path.
 //!
 //! Medians of the last L of K iterations: the clock, and on Linux with one thread the time that the thread was running, which
-//! other work on the machine disturbs less. With CGAL's program, its triangulation of the
-//! same seeds is timed too.
+//! other work on the machine disturbs less. With CGAL's program, its triangulation of the same seeds is timed
+//! too.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::Crossing;
 use super::borders::{self, Borders, Meeting, Shared, Way, turned};
 use super::cell::{Cell, NUMBERS, Sums, add_sums};
+use super::crossings::{ascending, is_even};
 use super::seen::{Look, Seen};
 use super::shared_sums::{Apart, Batch, Item, One, Three, Tip, Two};
 use super::surface_pieces::Scene;
@@ -66,10 +67,8 @@ fn crossing(scene: Scene, t: u32, first: usize, weights: [f64; 3], [i, j, k]: [u
     let seed = scene.points[i as usize];
     let [a, b, c] = turned(scene.sheet.corners(t), first).map(|p| p - seed);
     let point = seed + a + (b - a) * weights[1] + (c - a) * weights[2];
-    let mut facet = [i, j, k];
-    facet.sort_unstable();
-    let leaves = usize::from(i < j) + usize::from(j < k) + usize::from(k < i) == 2;
-    Crossing { facet, point, triangle: scene.sheet.of_surface(t), leaves }
+    let facet = [i, j, k];
+    Crossing { facet: ascending(facet), point, triangle: scene.sheet.of_surface(t), leaves: is_even(facet) }
 }
 
 /// The work of one thread.

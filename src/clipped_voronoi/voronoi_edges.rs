@@ -23,7 +23,6 @@ use super::circumcenters::circumcenter;
 use super::crossed_tets::{Crossed, NOWHERE};
 use super::crossings::{Crossings, FACET};
 use super::tet_shares::Shares;
-
 use crate::delaunay::Delaunay;
 use crate::geometry::triples::{cross, dot, minus};
 

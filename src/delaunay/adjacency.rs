@@ -128,41 +128,19 @@ impl Adjacency {
         // 1. At vertices where tets changed, the neighbours that are in none that is gone, and those in tets that have come.
         let of = |tets| rows(tets, rank.len(), dirty, |v| rank[v as usize]);
         let (gone, come) = rayon::join(|| of(gone), || of(come));
-        let of_block = |block: usize| {
-            let ranks = block * ROWS..((block + 1) * ROWS).min(dirty.len());
+        // 2. All rows, one after another.
+        let of_block = |(block, ranks): (usize, &[u32])| {
             let (mut row_ends, mut met) = (Vec::with_capacity(ROWS), Vec::with_capacity(20 * ROWS));
-            for r in ranks {
-                append_changed(&mut met, self.of(dirty[r] as usize), gone.of(r), come.of(r));
+            for (v, &rank) in (block * ROWS..).zip(ranks) {
+                match rank {
+                    CLEAN => met.extend_from_slice(self.of(v)),
+                    rank => append_changed(&mut met, self.of(v), gone.of(rank as usize), come.of(rank as usize)),
+                }
                 row_ends.push(met.len() as u32);
             }
             (row_ends, met)
         };
-        let new = joined((0..dirty.len().div_ceil(ROWS)).into_par_iter().map(of_block).collect());
-        // 2. All rows, one after another.
-        let row = |v: usize| if rank[v] == CLEAN { self.of(v) } else { new.of(rank[v] as usize) };
-        let mut offsets = Vec::with_capacity(rank.len() + 1);
-        offsets.push(0);
-        let mut end = 0;
-        offsets.extend((0..rank.len()).map(|v| {
-            end += row(v).len() as u32;
-            end
-        }));
-        let mut neighbors = vec![0; end as usize];
-        let mut rest = &mut neighbors[..];
-        let mut blocks = Vec::with_capacity(rank.len().div_ceil(ROWS));
-        for vertices in (0..rank.len()).step_by(ROWS).map(|v| v..(v + ROWS).min(rank.len())) {
-            let (block, others) = rest.split_at_mut((offsets[vertices.end] - offsets[vertices.start]) as usize);
-            blocks.push((vertices, block));
-            rest = others;
-        }
-        blocks.into_par_iter().for_each(|(vertices, mut block)| {
-            for row in vertices.map(row) {
-                let (place, others) = block.split_at_mut(row.len());
-                place.copy_from_slice(row);
-                block = others;
-            }
-        });
-        Adjacency { offsets, neighbors }
+        joined(rank.par_chunks(ROWS).enumerate().map(of_block).collect())
     }
 }
 

@@ -19,7 +19,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::clipped_voronoi::{ClippedVoronoi, Clipper, Density};
-use crate::delaunay::{Delaunay, DelaunayError, INFINITE, Relocation, Updater};
+use crate::delaunay::{Delaunay, DelaunayError, Relocation, Updater};
 use crate::error::Error;
 use crate::geometry::frame::snap;
 use crate::params::{Boundary, Optimizer, Params};
@@ -316,7 +316,7 @@ impl<'a> Relaxation<'a> {
             evaluations: step.evaluations + 1,
             update_s: step.update_s + update_s,
             centroids_s: step.centroids_s + centroids_s,
-            tets: self.delaunay().vertices().par_iter().filter(|tet| tet[3] != INFINITE).count(),
+            tets: self.delaunay().tets().count(),
             bicells: 2 * self.delaunay().vertices().len(),
             vertices_failed: step.vertices_failed + relocation.vertices_failed,
             bicells_failed: step.bicells_failed + relocation.bicells_failed,
