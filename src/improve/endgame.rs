@@ -50,7 +50,7 @@ const URGENT: f64 = 6.0 / 7.0;
 const URGENT_SHARE: usize = 4;
 
 /// How many tets may still be treated: while the tet at hand is urgent, and for others, from whom urgent ones take nothing.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Budget {
     pub urgent: usize,
     pub usual: usize,
@@ -100,7 +100,7 @@ fn run_parts(
     let mut hopeless = Hopeless::default();
     let Some(done) = parts::work(complex, (&low, LEFT_EACH), play) else { return hopeless };
     done.hopeless.into_iter().for_each(|t| hopeless.add(complex, t));
-    *budget = Budget::even(0);
+    *budget = Budget::default();
     for (treated, left) in done.of_parts {
         work.add_treated(treated);
         budget.urgent += left.urgent;

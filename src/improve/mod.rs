@@ -94,14 +94,13 @@ const POLISH_ROUNDS: usize = 2;
 
 /// The endgames, with a polish after each. The first is for urgent tets alone: where they are, others lack little, which
 /// the polish and the larger strides after it mend for less.
-const GAMES: [Game; 7] = [
-    Game { strays: 0.1, share: 0.3, followed: 4, only_urgent: true, haste: 0.2 },
-    Game { strays: 0.1, share: 0.3, followed: 40, only_urgent: false, haste: 0.25 },
-    Game { strays: 0.15, share: 0.15, followed: 40, only_urgent: false, haste: 0.1 },
-    Game { strays: 0.15, share: 0.15, followed: 64, only_urgent: false, haste: 0.1 },
-    Game { strays: 0.2, share: 0.15, followed: 100, only_urgent: false, haste: 0.05 },
-    Game { strays: 0.3, share: 0.15, followed: 100, only_urgent: false, haste: 0.03 },
-    Game { strays: 0.3, share: 0.15, followed: 160, only_urgent: false, haste: 0.01 },
+const GAMES: [Game; 6] = [
+    Game { strays: 0.1, share: 0.15, followed: 4, only_urgent: true, haste: 0.2 },
+    Game { strays: 0.1, share: 0.15, followed: 40, only_urgent: false, haste: 0.25 },
+    Game { strays: 0.15, share: 0.075, followed: 40, only_urgent: false, haste: 0.1 },
+    Game { strays: 0.2, share: 0.075, followed: 100, only_urgent: false, haste: 0.05 },
+    Game { strays: 0.3, share: 0.075, followed: 100, only_urgent: false, haste: 0.03 },
+    Game { strays: 0.3, share: 0.075, followed: 160, only_urgent: false, haste: 0.01 },
 ];
 
 /// The haste before them; see [`Worklist::haste`]. The last tets need small steps, many need few.
@@ -118,10 +117,6 @@ const CROWDED_HASTE: f64 = 0.03;
 const THIN: f64 = 0.02;
 const THIN_LEAST: f64 = 2000.0;
 const THIN_STRAYS: f64 = 0.3;
-
-/// Tets that all endgames together may treat, urgent ones and as many others, however small the mesh is: that takes a second or
-/// two where half of its tets need it.
-const ENDGAME_LEAST: usize = 95_000;
 
 /// How far facets of the boundary may stray, as a share of their size, for the tets left after the polish.
 const STRAYS: f64 = 0.1;
@@ -220,8 +215,7 @@ fn passes(
     work.run(complex, &ground.loosened(&complex.facets, STRAYS), usize::MAX);
     // 5. What is aimed at beyond the floor that was asked for is not worth an endgame.
     complex.set_floor(asked);
-    let shares: f64 = GAMES.iter().map(|g| g.share).sum();
-    let mut budget = Budget::even(ENDGAME_LEAST.saturating_sub((complex.tets.len() as f64 * shares) as usize));
+    let mut budget = Budget::default();
     let mut bound = STRAYS;
     for (number, game) in GAMES.iter().enumerate() {
         let strays = if is_thin { game.strays.max(THIN_STRAYS) } else { game.strays };
