@@ -144,7 +144,6 @@ fn mesh(
     // The input's own patches, or else the smooth pieces between its creases.
     let patch = if surface.has_patches() { surface.patch() } else { &features.face };
     let mut mesh = extract::mesh(&sampling, &inside, patch);
-    mesh.check().map_err(Error::Broken)?;
     let extract_s = started.elapsed().as_secs_f64();
 
     // 5. Slivers out.
@@ -152,7 +151,9 @@ fn mesh(
     if params.improve {
         observer.stage(Stage::Improve);
         mesh.improved = improve::improve(&mut mesh, relaxation.seeds(), (surface, &features, patch), params, observer);
+        refine::check_volumes(&mesh, solid, params, relaxation.seeds())?;
     }
+    mesh.check().map_err(Error::Broken)?;
     let improve_s = started.elapsed().as_secs_f64();
     mesh.turn_interfaces(|region| surface.depth_of_shell(region));
 

@@ -4,6 +4,7 @@
 //! inserted stays where it is needed. The number of seeds never changes, and seed i stays seed i.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::clipped_voronoi::Crossing;
 use crate::error::Error;
@@ -11,12 +12,14 @@ use crate::extract::{self, Defect, DefectKind, Proposal, Sampling};
 use crate::fidelity;
 use crate::geometry::frame::snap;
 use crate::geometry::places::Places;
+use crate::geometry::tetrahedron;
 use crate::params::{Boundary, Params};
 use crate::progress::Observer;
 use crate::relax::{Relaxation, Stopped};
 use crate::seeds::{self, Anchor, SeedKind, Seeds};
 use crate::surface::Surface;
 use crate::surface::features::Features;
+use crate::tet_mesh::TetMesh;
 
 /// Rounds of insertion before the run gives up.
 const ROUNDS: usize = 40;
@@ -56,7 +59,7 @@ const INTRUDES: f64 = 0.5;
 /// The few.
 const FEW_SPLITS: usize = 8;
 
-/// Rounds after which a seed that is still in no tet goes elsewhere.
+/// Rounds after which a seed that is still in no tet goes elsewhere, and tets without volume are left to the improvement.
 const PATIENT_ROUNDS: usize = 3;
 
 /// Rounds after which seeds are put everywhere around what is wrong; how far apart then, over the spacing, by how much closer
@@ -153,6 +156,10 @@ pub fn until_valid(
         if round >= POLISHED_ROUNDS || keeps_places {
             let pits = round < PIT_ROUNDS;
             defects.retain(|d| d.kind.is_fatal() || (pits && extract::is_pit(&sampling, d)));
+        }
+        // Seeds of a crease in one plane can have a tet that no seed near by takes from them: flips will.
+        if round >= PATIENT_ROUNDS && params.improve && !interrupted {
+            defects.retain(|d| d.kind != DefectKind::FlatTet);
         }
         let fatal: Vec<&Defect> = defects.iter().filter(|d| d.kind.is_fatal()).collect();
         let mut proposals = proposals(relaxation, &sampling, &defects, round);
@@ -442,6 +449,23 @@ fn note(round: usize, defects: &[Defect], splits: usize, moved: usize) -> String
     }
     let list: Vec<String> = kinds.iter().map(|(what, count)| format!("{what} ({count})")).collect();
     format!("round {}: {}; {moved} seeds moved there from elsewhere", round + 1, list.join(", "))
+}
+
+/// That the improvement left no tet without volume; it was handed some if [`until_valid`] could not help it.
+pub fn check_volumes(
+    mesh: &TetMesh,
+    (surface, features): (&Surface, &Features),
+    params: &Params,
+    seeds: &Seeds,
+) -> Result<(), Error> {
+    let corners = |t: usize| mesh.corners(t).map(|p| surface.frame().to_frame(p));
+    let Some(t) = (0..mesh.tets.len()).into_par_iter().find_first(|&t| extract::is_flat(corners(t))) else {
+        return Ok(());
+    };
+    let [a, b, c, d] = corners(t);
+    let (kind, place) = (DefectKind::FlatTet, tetrahedron::centroid(a, b, c, d));
+    let defect = Defect { kind, place, seeds: Vec::new(), crossing: None, shell: None };
+    Err(too_few((surface, features), params, seeds, (&defect, 0)))
 }
 
 /// The error for a sampling that cannot be mended: the first defect, and how many places there are at which more seeds would be wanted.

@@ -7,7 +7,7 @@ use tetcvt::params::{Boundary, Target};
 use tetcvt::progress::Silent;
 use tetcvt::quality::TetQuality;
 use tetcvt::report::MeshReport;
-use tetcvt::{Params, Surface, TetMesh, tetrahedralize};
+use tetcvt::{Error, Params, Surface, TetMesh, tetrahedralize};
 
 fn models(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
@@ -76,6 +76,21 @@ fn every_model_at_two_counts() {
             assert!(report.hausdorff < distance, "{name} {seeds}: Hausdorff {}", report.hausdorff);
         }
     }
+}
+
+/// Seeds of a crease in one plane, the corners of a tet within the solid: no seed near by takes it from them.
+#[test]
+fn tets_without_volume_within_the_solid_are_flipped_away() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/cut_part.obj");
+    let surface = read_surface(&file).expect("a valid model");
+    let params = |improve| Params { target: Target::Count(3000), improve, ..Params::default() };
+    match tetrahedralize(&surface, &params(false), &mut Silent) {
+        Err(Error::TooFewSeeds { reason, .. }) => assert_eq!(reason, "a tet has no volume"),
+        other => panic!("it has such a tet, by which this test is one: {:?}", other.map(|mesh| mesh.points.len())),
+    }
+    let (mesh, report) = meshed(&surface, &params(true), "cut_part");
+    assert_eq!(mesh.points.len(), 3000);
+    assert!(report.min_dihedral > 15.0, "the smallest angle is {}", report.min_dihedral);
 }
 
 #[test]

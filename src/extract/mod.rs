@@ -127,15 +127,10 @@ impl<'a> Sampling<'a> {
         (signed(inside, clearance) + midway.iter().sum::<f64>()) / 5.0
     }
 
-    /// Whether tet `t` is too flat to keep: its volume vanishes against its size, or is not positive as the mesh file
-    /// will have it, in model coordinates.
+    /// Whether tet `t` is too flat to keep: see [`is_flat`], or its volume is not positive as the mesh file will have it, in
+    /// model coordinates.
     pub fn is_flat(&self, t: u32) -> bool {
-        const LEAST: f64 = 1e-9;
-        let corners = self.complex.corners(t);
-        let [a, b, c, d] = corners;
-        let longest2 =
-            tetrahedron::EDGES.iter().map(|&[i, j]| corners[i].distance_squared(corners[j])).fold(0.0, f64::max);
-        tetrahedron::volume6(a, b, c, d) <= LEAST * longest2 * longest2.sqrt() || self.model_volume6(t) <= 0.0
+        is_flat(self.complex.corners(t)) || self.model_volume6(t) <= 0.0
     }
 
     /// Six times the volume of tet `t` in the model's coordinates and arithmetic, over the cube of the frame's unit: a power
@@ -152,4 +147,12 @@ impl<'a> Sampling<'a> {
 /// interfaces, whose vertices are seeds of one solid.
 pub fn label(sampling: &Sampling, clipped: &ClippedVoronoi) -> Vec<bool> {
     clipped.behind().iter().enumerate().map(|(t, &inside)| inside && sampling.complex.usable(t as u32)).collect()
+}
+
+/// Whether the volume of the tet with these corners vanishes against its size.
+pub fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
+    const LEAST: f64 = 1e-9;
+    let corners = [a, b, c, d];
+    let longest2 = tetrahedron::EDGES.iter().map(|&[i, j]| corners[i].distance_squared(corners[j])).fold(0.0, f64::max);
+    tetrahedron::volume6(a, b, c, d) <= LEAST * longest2 * longest2.sqrt()
 }
