@@ -458,10 +458,10 @@ pub fn check_volumes(
     params: &Params,
     seeds: &Seeds,
 ) -> Result<(), Error> {
-    let corners = |t: usize| mesh.corners(t).map(|p| surface.frame().to_frame(p));
-    let Some(t) = (0..mesh.tets.len()).into_par_iter().find_first(|&t| extract::is_flat(corners(t))) else {
-        return Ok(());
-    };
+    let frame = surface.frame();
+    let corners = |t: usize| mesh.corners(t).map(|p| frame.to_frame(p));
+    let is_flat = |&t: &usize| extract::is_flat(corners(t)) || extract::model_volume6(frame, mesh.corners(t)) <= 0.0;
+    let Some(t) = (0..mesh.tets.len()).into_par_iter().find_first(is_flat) else { return Ok(()) };
     let [a, b, c, d] = corners(t);
     let (kind, place) = (DefectKind::FlatTet, tetrahedron::centroid(a, b, c, d));
     let defect = Defect { kind, place, seeds: Vec::new(), crossing: None, shell: None };

@@ -26,6 +26,7 @@ use rayon::prelude::*;
 
 use crate::clipped_voronoi::ClippedVoronoi;
 use crate::delaunay::Delaunay;
+use crate::geometry::frame::Frame;
 use crate::geometry::tetrahedron;
 use crate::seeds::SeedKind;
 use crate::sizing::Spacing;
@@ -130,16 +131,8 @@ impl<'a> Sampling<'a> {
     /// Whether tet `t` is too flat to keep: see [`is_flat`], or its volume is not positive as the mesh file will have it, in
     /// model coordinates.
     pub fn is_flat(&self, t: u32) -> bool {
-        is_flat(self.complex.corners(t)) || self.model_volume6(t) <= 0.0
-    }
-
-    /// Six times the volume of tet `t` in the model's coordinates and arithmetic, over the cube of the frame's unit: a power
-    /// of two, which changes no digit but keeps the products of very small and very large models in range.
-    pub fn model_volume6(&self, t: u32) -> f64 {
-        let frame = self.surface.frame();
-        let [a, b, c, d] = self.complex.corners(t).map(|p| frame.to_model(p));
-        let [u, v, w] = [b, c, d].map(|p| (p - a) * frame.scale);
-        u.cross(v).dot(w)
+        let (frame, corners) = (self.surface.frame(), self.complex.corners(t));
+        is_flat(corners) || model_volume6(frame, corners.map(|p| frame.to_model(p))) <= 0.0
     }
 }
 
@@ -150,9 +143,16 @@ pub fn label(sampling: &Sampling, clipped: &ClippedVoronoi) -> Vec<bool> {
 }
 
 /// Whether the volume of the tet with these corners vanishes against its size.
-pub fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
+pub fn is_flat(corners: [DVec3; 4]) -> bool {
     const LEAST: f64 = 1e-9;
-    let corners = [a, b, c, d];
+    let [a, b, c, d] = corners;
     let longest2 = tetrahedron::EDGES.iter().map(|&[i, j]| corners[i].distance_squared(corners[j])).fold(0.0, f64::max);
     tetrahedron::volume6(a, b, c, d) <= LEAST * longest2 * longest2.sqrt()
+}
+
+/// Six times the volume of a tet in the model's coordinates and arithmetic, over the cube of the frame's unit: a power of two,
+/// which changes no digit but keeps the products of very small and very large models in range.
+pub fn model_volume6(frame: &Frame, [a, b, c, d]: [DVec3; 4]) -> f64 {
+    let [u, v, w] = [b, c, d].map(|p| (p - a) * frame.scale);
+    u.cross(v).dot(w)
 }
